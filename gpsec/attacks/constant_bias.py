@@ -1,0 +1,23 @@
+"""Constant bias (Eq 7)."""
+
+from typing import ClassVar
+
+from pydantic import Field
+
+from gpsec.attacks.base import DirectedAttack, Spoofed, Victims
+from gpsec.fleet import Rows
+
+
+class ConstantBias(DirectedAttack):
+    """Every fix is displaced by the same vector: y + c (Eq 7).
+
+    Attributes:
+        bias_m: length of the displacement.
+    """
+
+    name: ClassVar[str] = "constant_bias"
+    bias_m: float = Field(2.4, gt=0.0, le=10_000.0)
+
+    def spoof(self, victims: Victims, state: Rows) -> Spoofed:
+        """Return fix + c."""
+        return Spoofed(victims.fix_m + self.bias_m * self.direction(victims), victims.fix_valid)

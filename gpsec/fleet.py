@@ -1,0 +1,226 @@
+"""The arrays that flow through the loop, and the rows that vehicles own in them.
+
+Two kinds of row exist. A **vehicle row** belongs to one vehicle on the road, from departure to arrival, and holds its
+truth and its sensors. A **track row** belongs to one vehicle under one attack plan and holds everything that
+depends on the spoofed fix: residual, detectors, filters, outcomes. Every vehicle has a track under plan 0 (no attack);
+its track under another plan is forked from that one at the moment its attack begins, because until then the two
+are equal to the last bit.
+"""
+
+from dataclasses import dataclass, fields
+from heapq import heapify, heappop, heappush
+from typing import Self
+
+import numpy as np
+
+from gpsec.arrays import Flags, Floats, Ints, Keys
+
+
+class Rows:
+    """Base of every structure of arrays: a dataclass whose fields are arrays with the row as first axis.
+
+    A subclass is created with its initial values in every row; a row that is reset gets those of row 0 at creation.
+    """
+
+    def __post_init__(self) -> None:
+        self._blank = {name: array[:1].copy() for name, array in self._arrays()}
+
+    def _arrays(self) -> list[tuple[str, np.ndarray]]:
+        return [(field.name, getattr(self, field.name)) for field in fields(self)]  # type: ignore[arg-type]
+
+    @property
+    def capacity(self) -> int:
+        """Number of rows that there is room for."""
+        return len(self._arrays()[0][1])
+
+    def grow(self, capacity: int) -> None:
+        """Make room for `capacity` rows; the new ones hold initial values."""
+        for name, array in self._arrays():
+            missing = capacity - len(array)
+            if missing > 0:
+                setattr(self, name, np.concatenate([array, np.repeat(self._blank[name], missing, axis=0)]))
+
+    def reset(self, rows: Ints) -> None:
+        """Give `rows` their initial values again."""
+        for name, array in self._arrays():
+            array[rows] = self._blank[name]
+
+    def copy(self, source: Ints, target: Ints) -> None:
+        """Copy the rows `source` onto the rows `target`, pair by pair."""
+        for _, array in self._arrays():
+            array[target] = array[source]
+
+
+class Slots:
+    """Hands out row numbers, always the lowest that is free."""
+
+    def __init__(self) -> None:
+        self._free: list[int] = []
+        self.used = 0
+
+    def take(self) -> int:
+        """Return a free row."""
+        if self._free:
+            return heappop(self._free)
+        self.used += 1
+        return self.used - 1
+
+    def give_back(self, row: int) -> None:
+        """Make `row` free again; it must be in use."""
+        heappush(self._free, row)
+
+    def clear(self) -> None:
+        """Make every row free."""
+        self._free = list(range(self.used))
+        heapify(self._free)
+
+
+@dataclass
+class Vehicles(Rows):
+    """Truth of the vehicles on the road; N vehicle rows.
+
+    Attributes:
+        key: (N,) identity for counter-based noise, from run seed and vehicle id.
+        profile: (N,) index of the sensor profile among those of the run.
+        axle_m: (N,) distance from the front bumper back to the rear axle.
+        length_m, width_m: (N,) of the body.
+        born_step: (N,) step of departure.
+        fresh: (N,) no step has been taken since departure.
+        front_m: (N, 2) centre of the front bumper in the net's frame (SUMO's position).
+        rear_m: (N, 2) centre of the rear axle: the reference point of truth, estimate and map offset.
+        yaw_rad: (N,) of the body, counter-clockwise from east.
+        speed_mps, yaw_rate_rps: (N,) mean of the rear axle over the last step.
+        lane: (N,) index of the lane of the front, as SUMO says.
+        segment: (N,) map segment of the rear axle on the true geometry, -1 before the first match.
+        lane_offset_m: (N,) of the rear axle from that lane's centre, across the lane, left positive.
+        lane_yaw_rad: (N,) direction of the lane there.
+        curvature_per_m: (N,) of the lane there, left positive.
+        lane_width_m: (N,) there.
+        marked: (N,) front and rear axle are both on lanes with markings (not inside a junction).
+    """
+
+    key: Keys
+    profile: Ints
+    axle_m: Floats
+    length_m: Floats
+    width_m: Floats
+    born_step: Ints
+    fresh: Flags
+    front_m: Floats
+    rear_m: Floats
+    yaw_rad: Floats
+    speed_mps: Floats
+    yaw_rate_rps: Floats
+    lane: Ints
+    segment: Ints
+    lane_offset_m: Floats
+    lane_yaw_rad: Floats
+    curvature_per_m: Floats
+    lane_width_m: Floats
+    marked: Flags
+
+    @classmethod
+    def empty(cls, capacity: int) -> Self:
+        """Return `capacity` rows that no vehicle owns."""
+        n = capacity
+        return cls(
+            key=np.zeros(n, np.uint64),
+            profile=np.zeros(n, np.int32),
+            axle_m=np.full(n, 3.5),
+            length_m=np.full(n, 4.5),
+            width_m=np.full(n, 1.8),
+            born_step=np.zeros(n, np.int32),
+            fresh=np.ones(n, np.bool_),
+            front_m=np.zeros((n, 2)),
+            rear_m=np.zeros((n, 2)),
+            yaw_rad=np.zeros(n),
+            speed_mps=np.zeros(n),
+            yaw_rate_rps=np.zeros(n),
+            lane=np.full(n, -1, np.int32),
+            segment=np.full(n, -1, np.int32),
+            lane_offset_m=np.zeros(n),
+            lane_yaw_rad=np.zeros(n),
+            curvature_per_m=np.zeros(n),
+            lane_width_m=np.zeros(n),
+            marked=np.zeros(n, np.bool_),
+        )
+
+
+@dataclass
+class Measurements(Rows):
+    """What the sensors of a vehicle give in this step, before any attack; N vehicle rows.
+
+    Attributes:
+        fix_m: (N, 2) GNSS position of the rear axle in the net's frame, aligned to now.
+        fix_valid: (N,) a fix arrived in this step.
+        speed_mps: (N,) odometer, over the last step.
+        yaw_rate_rps: (N,) gyro, over the last step.
+        heading_rad: (N,) yaw as the vehicle knows it (dual antenna or INS).
+        lane_poly: (N, 4) camera's C0 … C3 (Eq 1): lane centre y = C0 + C1 x + C2 x² + C3 x³ in the vehicle frame.
+        camera_valid: (N,) the camera saw the lane in this step.
+        camera_sigma_m: (N,) standard deviation that the camera states for C0.
+    """
+
+    fix_m: Floats
+    fix_valid: Flags
+    speed_mps: Floats
+    yaw_rate_rps: Floats
+    heading_rad: Floats
+    lane_poly: Floats
+    camera_valid: Flags
+    camera_sigma_m: Floats
+
+    @classmethod
+    def empty(cls, capacity: int) -> Self:
+        """Return `capacity` rows without a measurement."""
+        n = capacity
+        return cls(
+            fix_m=np.zeros((n, 2)),
+            fix_valid=np.zeros(n, np.bool_),
+            speed_mps=np.zeros(n),
+            yaw_rate_rps=np.zeros(n),
+            heading_rad=np.zeros(n),
+            lane_poly=np.zeros((n, 4)),
+            camera_valid=np.zeros(n, np.bool_),
+            camera_sigma_m=np.zeros(n),
+        )
+
+
+@dataclass
+class Tracks(Rows):
+    """One vehicle under one attack plan; M track rows.
+
+    Attributes:
+        vehicle: (M,) vehicle row.
+        plan: (M,) index of the plan; 0 is *no attack*.
+        attacked: (M,) the attack is active in this step.
+        fix_m: (M, 2) GNSS position after the attack.
+        fix_valid: (M,) there is one in this step.
+        segment: (M,) map segment (of the vehicle's map) that the fix was matched to, -1 before.
+        residual_m: (M,) camera offset minus map-matched offset of the fix; 0 where not valid.
+        residual_valid: (M,) both offsets are there in this step.
+    """
+
+    vehicle: Ints
+    plan: Ints
+    attacked: Flags
+    fix_m: Floats
+    fix_valid: Flags
+    segment: Ints
+    residual_m: Floats
+    residual_valid: Flags
+
+    @classmethod
+    def empty(cls, capacity: int) -> Self:
+        """Return `capacity` rows that no track owns."""
+        n = capacity
+        return cls(
+            vehicle=np.full(n, -1, np.int32),
+            plan=np.zeros(n, np.int32),
+            attacked=np.zeros(n, np.bool_),
+            fix_m=np.zeros((n, 2)),
+            fix_valid=np.zeros(n, np.bool_),
+            segment=np.full(n, -1, np.int32),
+            residual_m=np.zeros(n),
+            residual_valid=np.zeros(n, np.bool_),
+        )

@@ -1,0 +1,80 @@
+"""Counter-based random numbers: a draw depends on (key, channel, step) and on nothing else.
+
+The key stands for seed and vehicle, so results change neither with threads and batch size, nor with the order of
+vehicles, nor with which other plans and defences run. The mixer is the finaliser of SplitMix64 (Steele, Lea and
+Flood, OOPSLA 2014), applied once per word of the counter; normal deviates are Box-Muller's.
+"""
+
+from hashlib import blake2b
+from math import cos, log, pi, sqrt
+
+import numpy as np
+
+from gpsec.arrays import Floats, Keys
+from gpsec.kernels import inline, kernel
+
+# One number a channel. A channel is never reused for another purpose: that would correlate the two.
+GNSS_WHITE_EAST, GNSS_WHITE_NORTH, GNSS_BIAS_EAST, GNSS_BIAS_NORTH, GNSS_DROPOUT = 1, 2, 3, 4, 5
+GYRO_WHITE, GYRO_BIAS, GYRO_DROPOUT = 10, 11, 12
+ODOMETER_WHITE, ODOMETER_SCALE, ODOMETER_DROPOUT = 20, 21, 22
+HEADING_WHITE, HEADING_BIAS = 30, 31
+CAMERA_C0, CAMERA_C1, CAMERA_C2, CAMERA_C3, CAMERA_BIAS, CAMERA_MOUNT, CAMERA_DROPOUT = 40, 41, 42, 43, 44, 45, 46
+FLEET_EQUIPPED, FLEET_PROFILE = 60, 61
+PLAN_SHARE, PLAN_START, PLAN_DURATION, PLAN_SIDE, PLAN_ATTACK_EAST, PLAN_ATTACK_NORTH = 70, 71, 72, 73, 74, 75
+
+_GAMMA = np.uint64(0x9E3779B97F4A7C15)
+_MUL_1 = np.uint64(0xBF58476D1CE4E5B9)
+_MUL_2 = np.uint64(0x94D049BB133111EB)
+_S30, _S27, _S31, _S11 = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(11)
+_SECOND = np.uint64(0xD1B54A32D192ED03)
+_TO_UNIT = 1.0 / 9007199254740992.0  # 2**-53
+
+
+def vehicle_key(seed: int, vehicle_id: str) -> int:
+    """Return the 64-bit identity of a vehicle in a run with that seed."""
+    digest = blake2b(vehicle_id.encode(), digest_size=8, salt=seed.to_bytes(16, "little", signed=True))
+    return int.from_bytes(digest.digest(), "little")
+
+
+@inline
+def mix(word: np.uint64) -> np.uint64:
+    """Return the finaliser of SplitMix64 of `word`."""
+    word = (word ^ (word >> _S30)) * _MUL_1
+    word = (word ^ (word >> _S27)) * _MUL_2
+    return word ^ (word >> _S31)
+
+
+@inline
+def uniform(key: np.uint64, channel: int, step: int) -> float:
+    """Return a draw from the open interval (0, 1)."""
+    word = mix(key + _GAMMA * np.uint64(channel + 1))
+    word = mix(word + _GAMMA * np.uint64(step + 1))
+    return (float(word >> _S11) + 0.5) * _TO_UNIT
+
+
+@inline
+def normal(key: np.uint64, channel: int, step: int) -> float:
+    """Return a draw from the standard normal distribution."""
+    word = mix(key + _GAMMA * np.uint64(channel + 1))
+    word = mix(word + _GAMMA * np.uint64(step + 1))
+    u = (float(word >> _S11) + 0.5) * _TO_UNIT
+    v = float(mix(word ^ _SECOND) >> _S11) * _TO_UNIT
+    return sqrt(-2.0 * log(u)) * cos(2.0 * pi * v)
+
+
+@kernel
+def uniforms(keys: Keys, channel: int, step: int) -> Floats:
+    """Return one uniform draw for each of (N,) keys."""
+    draws = np.empty(len(keys))
+    for i in range(len(keys)):
+        draws[i] = uniform(keys[i], channel, step)
+    return draws
+
+
+@kernel
+def normals(keys: Keys, channel: int, step: int) -> Floats:
+    """Return one standard normal draw for each of (N,) keys."""
+    draws = np.empty(len(keys))
+    for i in range(len(keys)):
+        draws[i] = normal(keys[i], channel, step)
+    return draws

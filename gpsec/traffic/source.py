@@ -1,0 +1,88 @@
+"""What any source of traffic gives to the loop: libsumo, a recording, later a real log."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Protocol
+
+from gpsec.arrays import Floats, Ints
+
+
+@dataclass(frozen=True)
+class Departure:
+    """A vehicle that enters the fleet.
+
+    Attributes:
+        row: vehicle row that it owns until it leaves.
+        vehicle_id: SUMO's id; a vehicle that teleported goes on as ``id#2``, ``id#3``, …
+        vehicle_type: SUMO's vType id.
+        vehicle_class: SUMO's vClass.
+        length_m, width_m: of the body.
+        yaw_rad: direction of the body at departure.
+        equipped_share: the type's ``gpsec.equipped`` (a probability), None where it has none.
+        sensors: the type's ``gpsec.sensors`` (name of a sensor profile), None where it has none.
+    """
+
+    row: int
+    vehicle_id: str
+    vehicle_type: str
+    vehicle_class: str
+    length_m: float
+    width_m: float
+    yaw_rad: float
+    equipped_share: float | None
+    sensors: str | None
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One step of the traffic: the equipped vehicles that are on the road after it.
+
+    Rows that are left are free before those that depart take theirs, so that one row may appear in both.
+
+    Attributes:
+        step: number of the step since the source began, from 0.
+        time_s: simulated time after the step.
+        left: rows of vehicles that arrived, teleported, parked or left the network.
+        departures: vehicles that entered; each is also in `rows`.
+        rows: (N,) vehicle rows on the road, ascending.
+        front_m: (N, 2) centre of the front bumper in the net's frame.
+        speed_mps: (N,) SUMO's speed.
+        lane: (N,) index of the lane in the HD map.
+        on_road: number of vehicles in the simulation, equipped or not.
+    """
+
+    step: int
+    time_s: float
+    left: list[int]
+    departures: list[Departure]
+    rows: Ints
+    front_m: Floats
+    speed_mps: Floats
+    lane: Ints
+    on_road: int
+
+
+# Decides whether a vehicle is part of the fleet; its row is not set yet (-1).
+Equip = Callable[[Departure], bool]
+
+
+class TrafficSource(Protocol):
+    """Gives the truth of the traffic step by step.
+
+    Attributes:
+        step_s: length of a step.
+        sumo_s: wall-clock seconds spent in the simulation so far.
+        read_s: wall-clock seconds spent reading it so far.
+    """
+
+    step_s: float
+    sumo_s: float
+    read_s: float
+
+    def frames(self, duration_s: float | None) -> Iterator[Frame]:
+        """Yield the steps until the traffic ends or, where given, after `duration_s` simulated seconds."""
+        ...
+
+    def close(self) -> None:
+        """Let go of the simulation."""
+        ...
