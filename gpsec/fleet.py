@@ -193,7 +193,10 @@ class Tracks(Rows):
     Attributes:
         vehicle: (M,) vehicle row.
         plan: (M,) index of the plan; 0 is *no attack*.
-        attacked: (M,) the attack is active in this step.
+        settled: (M,) the vehicle has been on the road long enough to be scored.
+        attacked: (M,) the attack is active in this step (also where it denies the fix).
+        start_step: (M,) step in which the attack began, -1 under plan 0.
+        end_step: (M,) first step after the attack, -1 while it is not over and under plan 0.
         fix_m: (M, 2) GNSS position after the attack.
         fix_valid: (M,) there is one in this step.
         segment: (M,) map segment (of the vehicle's map) that the fix was matched to, -1 before.
@@ -203,7 +206,10 @@ class Tracks(Rows):
 
     vehicle: Ints
     plan: Ints
+    settled: Flags
     attacked: Flags
+    start_step: Ints
+    end_step: Ints
     fix_m: Floats
     fix_valid: Flags
     segment: Ints
@@ -217,7 +223,10 @@ class Tracks(Rows):
         return cls(
             vehicle=np.full(n, -1, np.int32),
             plan=np.zeros(n, np.int32),
+            settled=np.zeros(n, np.bool_),
             attacked=np.zeros(n, np.bool_),
+            start_step=np.full(n, -1, np.int32),
+            end_step=np.full(n, -1, np.int32),
             fix_m=np.zeros((n, 2)),
             fix_valid=np.zeros(n, np.bool_),
             segment=np.full(n, -1, np.int32),

@@ -1,0 +1,1 @@
+"""GPS-spoofing attacks, and the plans that say who is attacked when."""

@@ -1,0 +1,1 @@
+"""Attack detectors on the lateral residual."""

@@ -1,0 +1,1 @@
+"""The HD map: lane geometry as arrays, and matching."""

@@ -1,0 +1,1 @@
+"""What each attack achieved: events, metrics, tables."""

@@ -1,0 +1,1 @@
+"""The same method for one vehicle at a time, with filterpy, shapely and scikit-learn."""

@@ -1,0 +1,1 @@
+"""Synthetic sensors and their profiles."""

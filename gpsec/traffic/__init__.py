@@ -1,0 +1,1 @@
+"""The traffic: libsumo, recordings, and the kinematic body of each vehicle."""
