@@ -1,0 +1,1 @@
+"""Road networks: authored as OpenDRIVE by :mod:`sumo_nets.build`, imported by netconvert."""
