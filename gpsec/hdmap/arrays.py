@@ -13,6 +13,7 @@ class LaneSides(NamedTuple):
         internal: (L,) inside a junction, without markings.
         same_left_m, same_right_m: (L,) total width of the lanes of the same direction on that side.
         oncoming_left_m, oncoming_right_m: (L,) total width of the lanes of the opposite direction beyond those.
+
     """
 
     width_m: Floats
@@ -27,32 +28,71 @@ class MapArrays(NamedTuple):
     """Lane centre lines in one or more layers; layer 0 is the true geometry, others are resampled for a profile.
 
     L lanes, Y layers, S segments in all. The segments of lane l in layer y are ``first[y, l]`` up to (not including)
-    ``first[y, l] + count[y, l]``, in driving order.
+    ``first[y, l] + segments[y, l]``, in driving order.
 
     Attributes:
-        first, count: (Y, L) CSR of segments.
+        first, segments: (Y, L) CSR of segments.
         lane: (S,) lane of a segment.
         x0_m, y0_m: (S,) start point in the net's frame.
         dx, dy: (S,) unit vector along the segment.
         length_m: (S,) of the segment.
-        s_m: (S,) arc length of the lane at the start point.
         yaw0_rad, turn_rad: (S,) smoothed lane direction at the start point and its change along the segment.
         curvature0_per_m, curvature1_per_m: (S,) at start and end point, left positive.
         open_start, open_end: (S,) nothing leads to, or on from, this end of the lane.
+
     """
 
     first: Ints
-    count: Ints
+    segments: Ints
     lane: Ints
     x0_m: Floats
     y0_m: Floats
     dx: Floats
     dy: Floats
     length_m: Floats
-    s_m: Floats
     yaw0_rad: Floats
     turn_rad: Floats
     curvature0_per_m: Floats
     curvature1_per_m: Floats
     open_start: Flags
     open_end: Flags
+
+
+class MatchIndex(NamedTuple):
+    """What makes the search for the nearest segment fast; it does not change its result.
+
+    Chunks are runs of a lane's segments with a bounding circle. A lane's chain is the lane with what leads to it and on
+    from it within the reach of tracked matching. The grid lists, cell by cell, the chunks whose circle touches it.
+
+    Attributes:
+        chunk_first, chunk_count: (Y, L) CSR of chunks.
+        chunk_segment, chunk_segments: (C,) first segment of a chunk and their number.
+        chunk_x_m, chunk_y_m, chunk_radius_m: (C,) bounding circle.
+        lane_x_m, lane_y_m, lane_radius_m: (L,) circle about the whole lane, in every layer.
+        chain_first, chain_count: (L,) CSR of chains; chain_lane: their lanes, the lane itself first.
+        grid_first: (Y, cells + 1) CSR of the grid; grid_chunk: the chunks.
+        grid_x_m, grid_y_m, grid_cell_m: (1,) lower left corner and cell size.
+        grid_columns, grid_rows: (1,) size in cells.
+
+    """
+
+    chunk_first: Ints
+    chunk_count: Ints
+    chunk_segment: Ints
+    chunk_segments: Ints
+    chunk_x_m: Floats
+    chunk_y_m: Floats
+    chunk_radius_m: Floats
+    lane_x_m: Floats
+    lane_y_m: Floats
+    lane_radius_m: Floats
+    chain_first: Ints
+    chain_count: Ints
+    chain_lane: Ints
+    grid_first: Ints
+    grid_chunk: Ints
+    grid_x_m: Floats
+    grid_y_m: Floats
+    grid_cell_m: Floats
+    grid_columns: Ints
+    grid_rows: Ints

@@ -1,0 +1,193 @@
+"""Compiles a net into the HD map of a run, and keeps compiled maps on disk."""
+
+import hashlib
+import json
+import os
+import tempfile
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from gpsec import __version__
+from gpsec.arrays import Flags, Floats
+from gpsec.geo import Projector
+from gpsec.hdmap.arrays import LaneSides, MapArrays, MatchIndex
+from gpsec.hdmap.index import build_index
+from gpsec.hdmap.net import Lane, read_net
+from gpsec.hdmap.polyline import Polyline, measure, resample
+from gpsec.hdmap.sides import lane_sides
+
+_MEANING = "net.json"
+
+
+@dataclass(frozen=True)
+class HDMap:
+    """The lanes of a net as arrays.
+
+    Attributes:
+        lane_ids: SUMO's ids; the position is the lane's index everywhere else.
+        lanes: centre lines; layer 0 is true, layer 1 + k has the spacing `spacings_m[k]`.
+        index: for matching.
+        sides: what lies beside each lane.
+        projector: between the net's frame and WGS84.
+        spacings_m: of the resampled layers.
+
+    """
+
+    lane_ids: tuple[str, ...]
+    lanes: MapArrays
+    index: MatchIndex
+    sides: LaneSides
+    projector: Projector
+    spacings_m: tuple[float, ...]
+
+    @cached_property
+    def lane_index(self) -> dict[str, int]:
+        """Index of a lane by SUMO's id."""
+        return {lane_id: index for index, lane_id in enumerate(self.lane_ids)}
+
+    def layer(self, spacing_m: float) -> int:
+        """Return the layer that is resampled at `spacing_m`."""
+        return 1 + self.spacings_m.index(spacing_m)
+
+    def centre_line(self, lane: int, layer: int = 0) -> Floats:
+        """Return the (n, 2) points of a lane."""
+        first = self.lanes.first[layer, lane]
+        run = slice(first, first + self.lanes.segments[layer, lane])
+        start = np.stack([self.lanes.x0_m[run], self.lanes.y0_m[run]], axis=1)
+        direction = np.stack([self.lanes.dx[run], self.lanes.dy[run]], axis=1)
+        return np.concatenate([start, start[-1:] + direction[-1:] * self.lanes.length_m[run][-1]])
+
+    def beside(self, lane: np.ndarray, left: bool) -> Flags:
+        """Return (n,) whether there is a lane of either direction beside each of (n,) lanes on that side."""
+        sides = self.sides
+        same, oncoming = (
+            (sides.same_left_m, sides.oncoming_left_m) if left else (sides.same_right_m, sides.oncoming_right_m)
+        )
+        return cast("Flags", (same[lane] + oncoming[lane]) > 0.0)
+
+
+def load_map(net_file: Path, spacings_m: tuple[float, ...], cache: Path | None = None) -> HDMap:
+    """Return the map of a net, compiled now or read from the cache.
+
+    A compiled map lies in a folder named by the content of the net, the spacings and the code that compiled it; big
+    nets load by memory map. The cache is `cache`, or ``$GPSEC_CACHE``, or ``~/.cache/gpsec``.
+
+    Raises:
+        GpsecError: the net cannot be used (see `read_net`).
+
+    """
+    spacings = tuple(sorted(set(spacings_m)))
+    if not net_file.is_file():
+        read_net(net_file)  # says what is wrong
+    folder = (cache or _cache_folder()) / _key(net_file, spacings)
+    found = _load(folder, net_file)
+    if found is None:
+        found = compile_map(net_file, spacings)
+        _save(found, folder)
+    return found
+
+
+def compile_map(net_file: Path, spacings_m: tuple[float, ...]) -> HDMap:
+    """Return the map of a net with one resampled layer for each spacing."""
+    net = read_net(net_file)
+    true = [measure(lane.shape_m) for lane in net.lanes]
+    layers = [true, *([resample(line, spacing) for line in true] for spacing in spacings_m)]
+    arrays = _arrays(net.lanes, layers)
+    return HDMap(
+        tuple(lane.lane_id for lane in net.lanes),
+        arrays,
+        build_index(net.lanes, arrays),
+        lane_sides(net.lanes),
+        net.projector,
+        spacings_m,
+    )
+
+
+def _arrays(lanes: list[Lane], layers: list[list[Polyline]]) -> MapArrays:
+    lines = [line for layer in layers for line in layer]
+    count = np.array([len(line.s_m) - 1 for line in lines], np.int32)
+    first = (np.cumsum(count) - count).astype(np.int32)
+    start = np.concatenate([line.points_m[:-1] for line in lines])
+    step = np.concatenate([np.diff(line.points_m, axis=0) for line in lines])
+    length = np.hypot(step[:, 0], step[:, 1])
+    led_to = {name for lane in lanes for name in lane.successors}
+    open_start, open_end = np.zeros(len(length), np.bool_), np.zeros(len(length), np.bool_)
+    open_start[first] = [lane.lane_id not in led_to for lane in lanes] * len(layers)
+    open_end[first + count - 1] = [not lane.successors for lane in lanes] * len(layers)
+    shape = (len(layers), len(lanes))
+    return MapArrays(
+        first.reshape(shape),
+        count.reshape(shape),
+        np.repeat(np.tile(np.arange(len(lanes), dtype=np.int32), len(layers)), count),
+        np.ascontiguousarray(start[:, 0]),
+        np.ascontiguousarray(start[:, 1]),
+        step[:, 0] / length,
+        step[:, 1] / length,
+        length,
+        np.concatenate([line.yaw_rad[:-1] for line in lines]),
+        np.concatenate([np.diff(line.yaw_rad) for line in lines]),
+        np.concatenate([line.curvature_per_m[:-1] for line in lines]),
+        np.concatenate([line.curvature_per_m[1:] for line in lines]),
+        open_start,
+        open_end,
+    )
+
+
+def _cache_folder() -> Path:
+    return Path(os.environ.get("GPSEC_CACHE") or Path.home() / ".cache" / "gpsec") / "maps"
+
+
+def _key(net_file: Path, spacings_m: tuple[float, ...]) -> str:
+    digest = hashlib.sha256(f"{__version__} {spacings_m}".encode())
+    for module in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(module.read_bytes())
+    digest.update(net_file.read_bytes())
+    return digest.hexdigest()[:32]
+
+
+def _save(hd_map: HDMap, folder: Path) -> None:
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=folder.parent) as name:
+        part = Path(name) / "map"
+        part.mkdir()
+        for group in (hd_map.lanes, hd_map.index, hd_map.sides):
+            for field, array in group._asdict().items():
+                np.save(part / f"{type(group).__name__}.{field}.npy", array)
+        meaning = {
+            "lane_ids": hd_map.lane_ids,
+            "projection": hd_map.projector.definition,
+            "offset_m": hd_map.projector.offset_m,
+            "spacings_m": hd_map.spacings_m,
+        }
+        (part / _MEANING).write_text(json.dumps(meaning))
+        if not folder.exists():
+            try:
+                part.rename(folder)
+            except OSError:
+                return  # another process was first
+
+
+def _load(folder: Path, net_file: Path) -> HDMap | None:
+    if not (folder / _MEANING).is_file():
+        return None
+    try:
+        meaning = json.loads((folder / _MEANING).read_text())
+        return HDMap(
+            tuple(meaning["lane_ids"]),
+            MapArrays(*_read(folder, "MapArrays", MapArrays._fields)),
+            MatchIndex(*_read(folder, "MatchIndex", MatchIndex._fields)),
+            LaneSides(*_read(folder, "LaneSides", LaneSides._fields)),
+            Projector(meaning["projection"], tuple(meaning["offset_m"]), str(net_file)),
+            tuple(meaning["spacings_m"]),
+        )
+    except (OSError, ValueError, KeyError):
+        return None  # a damaged cache is compiled again
+
+
+def _read(folder: Path, group: str, fields: tuple[str, ...]) -> list[Any]:
+    # Copy-on-write: pages are shared and read on demand, and the arrays have the type that kernels are compiled for.
+    return [np.asarray(np.load(folder / f"{group}.{field}.npy", mmap_mode="c")) for field in fields]

@@ -1,0 +1,290 @@
+"""Map matching (Eqs 2-6): the nearest lane segment by projection, and the signed offset from it.
+
+Two ways of matching. *Tracked*: the nearest point on the chain of the lane that the camera follows (that lane, what
+leads to it and on from it). *Nearest*, the paper's: the nearest point on any lane whose direction differs by less
+than 60° (or by more than 120°) from the vehicle's heading. Both are exact; bounding circles only skip what cannot be
+nearer. Of equally near points the one that comes first in the map wins.
+"""
+
+from math import cos, floor, inf, sqrt
+
+from gpsec.arrays import Flags, Floats, Ints
+from gpsec.hdmap.arrays import LaneSides, MapArrays, MatchIndex
+from gpsec.kernels import inline, kernel
+
+TRACKED, NEAREST = 0, 1
+# Beyond 60° between heading and lane, Eq 6 would stretch the offset more than twofold: there is no match.
+MIN_COS = 0.5
+# Nearest matching looks no further than this from the fix.
+_MAX_RINGS = 4
+
+
+@inline
+def project(lanes: MapArrays, segment: int, x_m: float, y_m: float, extend: bool) -> tuple[float, float]:
+    """Return the position along a segment (0 … 1) of the point nearest to (x, y), and the squared distance (Eqs 2-5).
+
+    With `extend`, an end of a lane to which nothing is joined continues straight on, so that no along-track error leaks
+    into the offset there.
+    """
+    rx = x_m - lanes.x0_m[segment]
+    ry = y_m - lanes.y0_m[segment]
+    length = lanes.length_m[segment]
+    along = rx * lanes.dx[segment] + ry * lanes.dy[segment]
+    if along < 0.0 and not (extend and lanes.open_start[segment]):
+        along = 0.0
+    elif along > length and not (extend and lanes.open_end[segment]):
+        along = length
+    ex = rx - along * lanes.dx[segment]
+    ey = ry - along * lanes.dy[segment]
+    return along / length, ex * ex + ey * ey
+
+
+@inline
+def _best_in_chunk(
+    lanes: MapArrays,
+    index: MatchIndex,
+    chunk: int,
+    x_m: float,
+    y_m: float,
+    heading_rad: float,
+    nearest: bool,
+    best: int,
+    best_d2: float,
+) -> tuple[int, float]:
+    first = index.chunk_segment[chunk]
+    for segment in range(first, first + index.chunk_segments[chunk]):
+        share, d2 = project(lanes, segment, x_m, y_m, not nearest)
+        if d2 < best_d2 or (d2 == best_d2 and segment < best):
+            if nearest:
+                held = min(max(share, 0.0), 1.0)
+                yaw = lanes.yaw0_rad[segment] + held * lanes.turn_rad[segment]
+                if abs(cos(heading_rad - yaw)) < MIN_COS:
+                    continue
+            best = segment
+            best_d2 = d2
+    return best, best_d2
+
+
+@inline
+def _out_of_reach(x_m: float, y_m: float, cx: float, cy: float, radius: float, best_d2: float) -> bool:
+    """Nothing inside the circle can be as near as the best so far."""
+    if best_d2 == inf:
+        return False
+    dx = x_m - cx
+    dy = y_m - cy
+    reach = radius + sqrt(best_d2) + 1e-9
+    return dx * dx + dy * dy > reach * reach
+
+
+@inline
+def match_tracked(lanes: MapArrays, index: MatchIndex, layer: int, lane: int, x_m: float, y_m: float, hint: int) -> int:
+    """Return the segment of the lane's chain that is nearest to (x, y).
+
+    `hint` is a segment that may be near (-1 for none): it only bounds the search.
+    """
+    best = -1
+    best_d2 = inf
+    start = index.chain_first[lane]
+    bound = inf
+    if lanes.first[layer, lane] <= hint < lanes.first[layer, lane] + lanes.segments[layer, lane]:
+        _, bound = project(lanes, hint, x_m, y_m, True)
+        bound = bound * (1.0 + 1e-9) + 1e-12
+    for position in range(start, start + index.chain_count[lane]):
+        candidate = index.chain_lane[position]
+        first = lanes.first[layer, candidate]
+        last = first + lanes.segments[layer, candidate] - 1
+        extended = lanes.open_start[first] or lanes.open_end[last]
+        limit = min(best_d2, bound)
+        if not extended and _out_of_reach(
+            x_m,
+            y_m,
+            index.lane_x_m[candidate],
+            index.lane_y_m[candidate],
+            index.lane_radius_m[candidate],
+            limit,
+        ):
+            continue
+        start_chunk = index.chunk_first[layer, candidate]
+        end_chunk = start_chunk + index.chunk_count[layer, candidate]
+        for chunk in range(start_chunk, end_chunk):
+            at_end = extended and (chunk == start_chunk or chunk == end_chunk - 1)
+            if not at_end and _out_of_reach(
+                x_m,
+                y_m,
+                index.chunk_x_m[chunk],
+                index.chunk_y_m[chunk],
+                index.chunk_radius_m[chunk],
+                min(best_d2, bound),
+            ):
+                continue
+            best, best_d2 = _best_in_chunk(lanes, index, chunk, x_m, y_m, 0.0, False, best, best_d2)
+    return best
+
+
+@inline
+def match_nearest(lanes: MapArrays, index: MatchIndex, layer: int, x_m: float, y_m: float, heading_rad: float) -> int:
+    """Return the segment of any lane that is nearest to (x, y), or -1 where none is within four grid cells."""
+    columns = index.grid_columns[0]
+    rows = index.grid_rows[0]
+    cell_m = index.grid_cell_m[0]
+    column = floor((x_m - index.grid_x_m[0]) / cell_m)
+    row = floor((y_m - index.grid_y_m[0]) / cell_m)
+    best = -1
+    best_d2 = inf
+    for ring in range(_MAX_RINGS + 1):
+        # Whatever lies in this ring is at least ring - 1 whole cells away.
+        gap = (ring - 1) * cell_m
+        if ring > 0 and best >= 0 and gap > 0.0 and gap * gap > best_d2:
+            break
+        for r in range(max(row - ring, 0), min(row + ring, rows - 1) + 1):
+            whole = r == row - ring or r == row + ring
+            for c in range(max(column - ring, 0), min(column + ring, columns - 1) + 1):
+                if not whole and c != column - ring and c != column + ring:
+                    continue
+                cell = (layer * rows + r) * columns + c
+                for position in range(index.grid_first[cell], index.grid_first[cell + 1]):
+                    chunk = index.grid_chunk[position]
+                    if not _out_of_reach(
+                        x_m,
+                        y_m,
+                        index.chunk_x_m[chunk],
+                        index.chunk_y_m[chunk],
+                        index.chunk_radius_m[chunk],
+                        best_d2,
+                    ):
+                        best, best_d2 = _best_in_chunk(lanes, index, chunk, x_m, y_m, heading_rad, True, best, best_d2)
+    return best
+
+
+@inline
+def match(
+    lanes: MapArrays,
+    index: MatchIndex,
+    mode: int,
+    layer: int,
+    lane: int,
+    x_m: float,
+    y_m: float,
+    heading_rad: float,
+    hint: int,
+) -> int:
+    """Return the matched segment, -1 where there is none."""
+    if mode == TRACKED:
+        return match_tracked(lanes, index, layer, lane, x_m, y_m, hint)
+    return match_nearest(lanes, index, layer, x_m, y_m, heading_rad)
+
+
+@inline
+def offset_on(
+    lanes: MapArrays, segment: int, x_m: float, y_m: float, heading_rad: float, extend: bool
+) -> tuple[float, float]:
+    """Return the offset d1 = d0 / cos(θ1 - θ2) from a segment (Eq 6), left of the vehicle positive, and the cosine.
+
+    θ1 is the heading of the vehicle and θ2 the direction of the lane; against an oncoming lane the cosine is negative, so
+    that left stays the vehicle's left. A cosine below `MIN_COS` in size means no match; the offset is then 0.
+    """
+    share, d2 = project(lanes, segment, x_m, y_m, extend)
+    cross = lanes.dx[segment] * (y_m - lanes.y0_m[segment]) - lanes.dy[segment] * (x_m - lanes.x0_m[segment])
+    d0 = sqrt(d2) if cross >= 0.0 else -sqrt(d2)
+    held = min(max(share, 0.0), 1.0)
+    cosine = cos(heading_rad - lanes.yaw0_rad[segment] - held * lanes.turn_rad[segment])
+    if abs(cosine) < MIN_COS:
+        return 0.0, cosine
+    return d0 / cosine, cosine
+
+
+@kernel
+def locate(
+    rows: Ints,
+    lanes: MapArrays,
+    index: MatchIndex,
+    sides: LaneSides,
+    lane: Ints,
+    rear_m: Floats,
+    segment: Ints,
+    lane_offset_m: Floats,
+    lane_yaw_rad: Floats,
+    curvature_per_m: Floats,
+    lane_width_m: Floats,
+    marked: Flags,
+) -> None:
+    """Place the rear axles of the vehicle rows `rows` on the true lanes; the arguments are fields of `Vehicles`."""
+    for row in rows:
+        x = rear_m[row, 0]
+        y = rear_m[row, 1]
+        here = match_tracked(lanes, index, 0, lane[row], x, y, segment[row])
+        share, d2 = project(lanes, here, x, y, True)
+        held = min(max(share, 0.0), 1.0)
+        cross = lanes.dx[here] * (y - lanes.y0_m[here]) - lanes.dy[here] * (x - lanes.x0_m[here])
+        segment[row] = here
+        lane_offset_m[row] = sqrt(d2) if cross >= 0.0 else -sqrt(d2)
+        lane_yaw_rad[row] = lanes.yaw0_rad[here] + held * lanes.turn_rad[here]
+        curvature_per_m[row] = (1.0 - held) * lanes.curvature0_per_m[here] + held * lanes.curvature1_per_m[here]
+        lane_width_m[row] = sides.width_m[lane[row]]
+        marked[row] = not sides.internal[lane[row]] and not sides.internal[lanes.lane[here]]
+
+
+@kernel
+def lateral_residual(
+    rows: Ints,
+    lanes: MapArrays,
+    index: MatchIndex,
+    mode: int,
+    layer_of_profile: Ints,
+    vehicle: Ints,
+    fix_m: Floats,
+    fix_valid: Flags,
+    segment: Ints,
+    residual_m: Floats,
+    residual_valid: Flags,
+    profile: Ints,
+    lane: Ints,
+    heading_rad: Floats,
+    lane_poly: Floats,
+    camera_valid: Flags,
+) -> None:
+    """Set z = d_camera - d_map of the track rows `rows`; the arguments are fields of the fleet's arrays.
+
+    d_camera = -C0 (Eq 1) and d_map = d1 of the fix on the vehicle's own map (Eqs 2-6).
+    """
+    for row in rows:
+        v = vehicle[row]
+        residual_m[row] = 0.0
+        residual_valid[row] = False
+        if not (fix_valid[row] and camera_valid[v]):
+            continue
+        x = fix_m[row, 0]
+        y = fix_m[row, 1]
+        here = match(lanes, index, mode, layer_of_profile[profile[v]], lane[v], x, y, heading_rad[v], segment[row])
+        segment[row] = here
+        if here < 0:
+            continue
+        offset, cosine = offset_on(lanes, here, x, y, heading_rad[v], mode == TRACKED)
+        if abs(cosine) < MIN_COS:
+            continue
+        residual_m[row] = -lane_poly[v, 0] - offset
+        residual_valid[row] = True
+
+
+@kernel
+def offsets(
+    lanes: MapArrays,
+    index: MatchIndex,
+    mode: int,
+    layer: int,
+    lane: Ints,
+    position_m: Floats,
+    heading_rad: Floats,
+    segment: Ints,
+    offset_m: Floats,
+) -> None:
+    """Match (n, 2) positions one by one: sets (n,) `segment` (-1 where there is no match) and `offset_m`."""
+    for i in range(len(lane)):
+        x = position_m[i, 0]
+        y = position_m[i, 1]
+        segment[i] = match(lanes, index, mode, layer, lane[i], x, y, heading_rad[i], -1)
+        offset_m[i] = 0.0
+        if segment[i] >= 0:
+            offset_m[i], cosine = offset_on(lanes, segment[i], x, y, heading_rad[i], mode == TRACKED)
+            if abs(cosine) < MIN_COS:
+                segment[i] = -1

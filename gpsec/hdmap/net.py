@@ -1,0 +1,130 @@
+"""Reads a SUMO network into plain lane records."""
+
+import xml.sax
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import sumolib
+
+from gpsec.arrays import Floats
+from gpsec.errors import GpsecError
+from gpsec.geo import Projector
+
+# A lane that only these may use is no lane of the HD map.
+_OFF_ROAD_CLASSES = frozenset(
+    [
+        "pedestrian",
+        "wheelchair",
+        "bicycle",
+        "tram",
+        "rail_urban",
+        "rail",
+        "rail_electric",
+        "rail_fast",
+        "ship",
+        "container",
+        "cable_car",
+        "subway",
+        "aircraft",
+        "drone",
+    ]
+)
+_MIN_SEGMENT_M = 1e-3
+
+
+@dataclass(frozen=True)
+class Lane:
+    """One lane of a net.
+
+    Attributes:
+        lane_id: SUMO's id.
+        edge: number of its edge among those of the net.
+        internal: inside a junction.
+        width_m: of the lane.
+        shape_m: (n, 2) centre line in driving order, without repeated points.
+        successors: ids of the lanes that it leads to.
+
+    """
+
+    lane_id: str
+    edge: int
+    internal: bool
+    width_m: float
+    shape_m: Floats
+    successors: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Net:
+    """The lanes that road vehicles may use, and where on the Earth they lie."""
+
+    lanes: list[Lane]
+    projector: Projector
+
+
+def read_net(net_file: Path) -> Net:
+    """Read a ``.net.xml`` (or ``.net.xml.gz``).
+
+    Raises:
+        GpsecError: the file is missing or broken, holds no drivable lane, or one with a speed that is not positive.
+
+    """
+    if not net_file.is_file():
+        raise GpsecError(f"{net_file}: no such net file")
+    try:
+        net = sumolib.net.readNet(str(net_file), withInternal=True)
+    except (xml.sax.SAXException, OSError, ValueError, KeyError, AttributeError, TypeError) as error:
+        raise GpsecError(f"{net_file}: not a SUMO net that can be read ({type(error).__name__}: {error})") from None
+    lanes: list[Lane] = []
+    for number, edge in enumerate(net.getEdges(True)):
+        function = edge.getFunction() or "normal"
+        if function in {"normal", "internal", "connector"}:
+            lanes.extend(
+                _lane(lane, number, function == "internal", net_file)
+                for lane in edge.getLanes()
+                if set(lane.getPermissions()) - _OFF_ROAD_CLASSES and len(_distinct(lane.getShape())) > 1
+            )
+    if not any(not lane.internal for lane in lanes):
+        raise GpsecError(f"{net_file}: no lane that a road vehicle may use")
+    known = {lane.lane_id for lane in lanes}
+    lanes = [
+        Lane(
+            lane.lane_id,
+            lane.edge,
+            lane.internal,
+            lane.width_m,
+            lane.shape_m,
+            tuple(name for name in lane.successors if name in known),
+        )
+        for lane in lanes
+    ]
+    return Net(lanes, _projector(net, net_file))
+
+
+def _lane(lane: Any, edge: int, internal: bool, net_file: Path) -> Lane:
+    if not lane.getSpeed() > 0.0:
+        raise GpsecError(
+            f"{net_file}: lane '{lane.getID()}' has a speed of {lane.getSpeed()} m/s, expected more than 0 "
+            "(an OpenDRIVE import without a valid speed limit does that)"
+        )
+    successors = tuple(
+        dict.fromkeys(connection.getViaLaneID() or connection.getToLane().getID() for connection in lane.getOutgoing())
+    )
+    return Lane(lane.getID(), edge, internal, float(lane.getWidth()), _distinct(lane.getShape()), successors)
+
+
+def _distinct(shape: Any) -> Floats:
+    points = np.asarray([point[:2] for point in shape], np.float64).reshape(-1, 2)
+    if len(points) < 2:
+        return points
+    keep = np.concatenate([[True], np.hypot(*np.diff(points, axis=0).T) > _MIN_SEGMENT_M])
+    distinct: Floats = points[keep]
+    return distinct
+
+
+def _projector(net: Any, net_file: Path) -> Projector:
+    location: dict[str, str] = net._location
+    offset = location.get("netOffset", "0,0").split(",")
+    return Projector(location.get("projParameter", "!"), (float(offset[0]), float(offset[1])), str(net_file))
