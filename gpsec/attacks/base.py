@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import cos, sin
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -10,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from gpsec import noise
 from gpsec.arrays import Flags, Floats, Ints, Keys
 from gpsec.fleet import Rows
+from gpsec.kernels import kernel
 
 
 @dataclass(frozen=True)
@@ -29,7 +31,8 @@ class Victims:
         lane_width_m: (m,) of that lane.
         left_lane, right_lane: (m,) there is a lane of either direction beside it on that side.
         deviation_m: (m,) cross-track error of the undefended estimate after the last step, left positive.
-        past_fix: past_fix(delay_s) gives (m, 2) honest fixes of that long ago and (m,) whether they exist.
+        past_fix: past_fix(delay_s) gives the latest honest fixes (m, 2) that are at least that old, and (m,) whether
+            the vehicle has had one so early.
     """
 
     rows: Ints
@@ -68,10 +71,13 @@ class NoState(Rows):
 class Attack(BaseModel):
     """A way to falsify GNSS fixes. The fields of a subclass are its parameters, with units and bounds.
 
-    A subclass states its `name` and writes `spoof`, the formula; it may keep a state of arrays per track.
+    A subclass states its `name` and writes `spoof`, the formula; it may keep a state of arrays per track, whose rows
+    are reset when an attack begins. A row's result must not depend on the other rows, to the last bit: numpy's
+    arithmetic and comparisons are safe; sines and powers come from `unit_vectors` and `powers`, because numpy
+    computes them differently in different places of an array.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
     name: ClassVar[str]
 
     def needed_memory_s(self) -> float:
@@ -85,6 +91,53 @@ class Attack(BaseModel):
     def spoof(self, victims: Victims, state: Rows) -> Spoofed:
         """Return the fixes that the victims receive instead of the honest ones."""
         raise NotImplementedError
+
+    def apply(self, victims: Victims, state: Rows) -> Spoofed:
+        """Return what `spoof` gives, after a look at its shapes.
+
+        Raises:
+            TypeError: `spoof` gave arrays of another shape or type, a mistake in the attack.
+        """
+        spoofed = self.spoof(victims, state)
+        m = len(victims.rows)
+        for label, array, shape, dtype in (
+            ("fix_m", spoofed.fix_m, (m, 2), np.dtype(np.float64)),
+            ("valid", spoofed.valid, (m,), np.dtype(np.bool_)),
+        ):
+            if array.shape != shape or array.dtype != dtype:
+                found = f"{array.shape} of {array.dtype}"
+                raise TypeError(f"attack '{self.name}': {label} must be {shape} of {dtype}, found {found}")
+        return spoofed
+
+
+@kernel
+def unit_vectors(angle_rad: Floats) -> Floats:
+    """Return (m, 2) unit vectors in the directions (m,), counter-clockwise from east."""
+    unit = np.empty((len(angle_rad), 2))
+    for i in range(len(angle_rad)):
+        unit[i, 0] = cos(angle_rad[i])
+        unit[i, 1] = sin(angle_rad[i])
+    return unit
+
+
+@kernel
+def powers(base: float, exponent: Floats) -> Floats:
+    """Return base ** exponent for each of (m,) exponents."""
+    result = np.empty(len(exponent))
+    for i in range(len(exponent)):
+        result[i] = base ** exponent[i]
+    return result
+
+
+def random_signs(victims: Victims) -> Floats:
+    """Return (m,) +1 or -1, each for half of the vehicles; a vehicle has the same sign under every plan."""
+    return np.where(noise.uniforms(victims.key, noise.PLAN_SIDE, 0) < 0.5, -1.0, 1.0)
+
+
+def displace_left(victims: Victims, offset_m: Floats) -> Spoofed:
+    """Return the honest fixes moved by (m,) metres to the left of the lane's direction (negative: right)."""
+    left = unit_vectors(victims.lane_yaw_rad + 0.5 * np.pi)
+    return Spoofed(victims.fix_m + offset_m[:, np.newaxis] * left, victims.fix_valid.copy())
 
 
 class DirectedAttack(Attack):
@@ -105,8 +158,10 @@ class DirectedAttack(Attack):
         angle = np.full(len(victims.rows), np.radians(self.direction_deg))
         if self.frame == "lane":
             angle = angle + victims.lane_yaw_rad
-        unit = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-        if self.side == "random":
-            mirrored = noise.uniforms(victims.key, noise.PLAN_SIDE, 0) < 0.5
-            unit[mirrored] *= -1.0
-        return unit
+        unit = unit_vectors(angle)
+        return unit * random_signs(victims)[:, np.newaxis] if self.side == "random" else unit
+
+    def displace(self, victims: Victims, offset_m: Floats) -> Spoofed:
+        """Return the honest fixes moved by (m,) metres along the direction."""
+        moved = victims.fix_m + offset_m[:, np.newaxis] * self.direction(victims)
+        return Spoofed(moved, victims.fix_valid.copy())

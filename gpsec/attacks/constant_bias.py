@@ -2,6 +2,7 @@
 
 from typing import ClassVar
 
+import numpy as np
 from pydantic import Field
 
 from gpsec.attacks.base import DirectedAttack, Spoofed, Victims
@@ -20,4 +21,4 @@ class ConstantBias(DirectedAttack):
 
     def spoof(self, victims: Victims, state: Rows) -> Spoofed:
         """Return fix + c."""
-        return Spoofed(victims.fix_m + self.bias_m * self.direction(victims), victims.fix_valid)
+        return self.displace(victims, np.full(len(victims.rows), self.bias_m))

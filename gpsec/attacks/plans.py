@@ -1,0 +1,126 @@
+"""What a user says of an attack plan: who is attacked, when, and how."""
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Self
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, Strict, ValidationError, model_validator
+from pydantic_core import PydanticCustomError
+
+from gpsec.attacks.base import Attack
+from gpsec.attacks.registry import ATTACKS, build_attack, first_problem
+from gpsec.errors import GpsecError
+
+NO_ATTACK = "none"
+"""Name of plan 0, under which nobody is attacked."""
+
+
+def _refusal(problem: str) -> PydanticCustomError:
+    # Not a ValueError, whose message pydantic would lead with "Value error"; not a template, as it may hold braces.
+    return PydanticCustomError("plan", "{problem}", {"problem": problem})
+
+
+def _window(value: object) -> tuple[float, float]:
+    pair = tuple(value) if isinstance(value, list | tuple) else ()
+    numbers = [float(x) for x in pair if isinstance(x, int | float) and not isinstance(x, bool)]
+    if len(pair) != 2 or len(numbers) != 2 or not 0.0 <= numbers[0] <= numbers[1] < float("inf"):
+        raise _refusal("Input should be [least, most] in seconds with 0 <= least <= most")
+    return numbers[0], numbers[1]
+
+
+Window = Annotated[tuple[float, float], BeforeValidator(_window)]
+Number = Annotated[float, Strict()]
+Text = Annotated[str, Strict()]
+
+
+class PlanConfig(BaseModel):
+    """One attack plan. In TOML the attack's own parameters stand beside these keys, or in a table `parameters`.
+
+    A vehicle is attacked at most once under a plan. Who is attacked and when is drawn from the run's seed and
+    the vehicle alone: plans with equal settings attack the same vehicles in the same windows.
+
+    Attributes:
+        attack: name of the attack.
+        name: of the plan, in every table; default the attack's.
+        share: of the equipped vehicles (of those types) that is attacked.
+        vehicle_types: ids of the vehicle types that are attacked; empty for all.
+        zone: id of a drawn zone; the attack then lasts from when a vehicle is in it until it leaves it, and
+            `start_after_s` and `duration_s` have no meaning.
+        begin_s, end_s: simulated time before which no attack begins, and at which all end; no end where not given.
+        start_after_s: least and most time from when a vehicle has settled (and `begin_s` has passed) to its attack.
+        duration_s: least and most duration.
+        parameters: the attack's own, all of them after validation.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    attack: Text
+    name: Annotated[Text, Field(min_length=1)] = ""
+    share: Annotated[Number, Field(ge=0.0, le=1.0)] = 0.5
+    vehicle_types: tuple[Text, ...] = ()
+    zone: Text | None = None
+    begin_s: Number = 0.0
+    end_s: Number | None = None
+    start_after_s: Window = (0.0, 30.0)
+    duration_s: Window = (10.0, 30.0)
+    parameters: dict[str, Any] = {}
+
+    @model_validator(mode="before")
+    @classmethod
+    def _gather(cls, table: object) -> object:
+        """Move the attack's own keys into `parameters`, and check and complete them."""
+        if not isinstance(table, Mapping) or not isinstance(table.get("attack"), str):
+            return table
+        own = {key: value for key, value in table.items() if key in cls.model_fields}
+        nested = own.get("parameters", {})
+        if not isinstance(nested, Mapping):
+            return table
+        beside = {key: value for key, value in table.items() if key not in cls.model_fields}
+        twice = sorted(set(beside) & set(nested))
+        if twice:
+            raise _refusal(f"key '{twice[0]}' stands in the plan and in its parameters")
+        attack = _attack(own["attack"], {**nested, **beside})
+        return {"name": attack.name, **own, "parameters": attack.model_dump()}
+
+    @model_validator(mode="after")
+    def _agree(self) -> Self:
+        """Check what several keys say together."""
+        if self.name == NO_ATTACK:
+            raise _refusal(f"name: '{NO_ATTACK}' is kept for vehicles without an attack")
+        if self.end_s is not None and self.end_s <= self.begin_s:
+            raise _refusal(f"end_s: expected later than begin_s = {self.begin_s:g}, found {self.end_s:g}")
+        for key in ("start_after_s", "duration_s"):
+            if self.zone is not None and getattr(self, key) != type(self).model_fields[key].default:
+                raise _refusal(f"{key}: expected none beside a zone, which says when an attack begins and ends")
+        return self
+
+    def build_attack(self) -> Attack:
+        """Return the attack with its parameters."""
+        return ATTACKS[self.attack].model_validate(self.parameters)
+
+
+def _attack(name: str, parameters: Mapping[str, object]) -> Attack:
+    keys = [key for key in PlanConfig.model_fields if key != "parameters"]
+    try:
+        return build_attack(name, parameters, "", other_keys=keys)
+    except GpsecError as error:
+        raise _refusal(str(error).removeprefix(": ")) from None
+
+
+def plan_config(table: Mapping[str, object], where: str) -> PlanConfig:
+    """Return the plan that a table says.
+
+    Args:
+        table: keys and values, as in a ``[[plans]]`` table of TOML.
+        where: file and key of the table, for error messages.
+
+    Raises:
+        GpsecError: something in it is missing, unknown or not allowed.
+    """
+    if "attack" not in table:
+        raise GpsecError(f"{where}: attack: expected one of {', '.join(ATTACKS)}, found none")
+    try:
+        return PlanConfig.model_validate(dict(table))
+    except ValidationError as error:
+        detail = error.errors(include_url=False)[0]
+        problem = detail["msg"] if not detail["loc"] else first_problem(error)
+        raise GpsecError(f"{where}: {problem}") from None

@@ -1,0 +1,197 @@
+"""When a plan attacks which vehicle."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import ceil
+from typing import Self
+
+import numpy as np
+
+from gpsec import noise
+from gpsec.arrays import Flags, Floats, Ints, Keys
+from gpsec.attacks.base import Attack
+from gpsec.attacks.plans import PlanConfig
+from gpsec.attacks.zones import Zone
+from gpsec.errors import GpsecError, nearest
+from gpsec.fleet import Rows
+
+SPARED, WAITING, ACTIVE, DONE = 0, 1, 2, 3
+NEVER = int(np.iinfo(np.int32).max)
+
+
+@dataclass(frozen=True)
+class Clock:
+    """Steps and simulated time: step k ends at origin_s + k·step_s."""
+
+    step_s: float
+    origin_s: float = 0.0
+
+    def step_at(self, time_s: float) -> int:
+        """Return the first step that ends at `time_s` or later."""
+        # The slack keeps 0.3 / 0.1 from being the fourth step.
+        return ceil((time_s - self.origin_s) / self.step_s - 1e-6)
+
+
+@dataclass
+class Schedule(Rows):
+    """What one plan has in store for the vehicles; N vehicle rows.
+
+    Attributes:
+        state: (N,) SPARED, WAITING, ACTIVE or DONE.
+        start_step: (N,) first step of the attack; in a zone, the first at which it may begin until it has begun.
+        end_step: (N,) first step after the attack; while it lasts, that at which it ends at the latest.
+    """
+
+    state: Ints
+    start_step: Ints
+    end_step: Ints
+
+    @classmethod
+    def empty(cls, capacity: int) -> Self:
+        """Return `capacity` rows that the plan spares."""
+        n = capacity
+        return cls(
+            state=np.full(n, SPARED, np.int32),
+            start_step=np.full(n, NEVER, np.int32),
+            end_step=np.full(n, NEVER, np.int32),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """An attack plan at work: who is attacked, when, and the attack itself.
+
+    Attributes:
+        config: what the user said.
+        attack: the attack with its parameters.
+        zone: where vehicles are attacked; None for a plan that draws a window for each.
+    """
+
+    config: PlanConfig
+    attack: Attack
+    zone: Zone | None = None
+
+    @property
+    def name(self) -> str:
+        """Name of the plan."""
+        return self.config.name
+
+    def aims_at(self, vehicle_type: str) -> bool:
+        """Return whether vehicles of that type may be attacked."""
+        return not self.config.vehicle_types or vehicle_type in self.config.vehicle_types
+
+    def select(self, keys: Keys, type_ok: Flags) -> Flags:
+        """Return (n,) whether the vehicles are attacked: of the right type, and drawn by the share."""
+        drawn: Flags = noise.uniforms(keys, noise.PLAN_SHARE, 0) < self.config.share
+        return drawn & type_ok
+
+    def enter(
+        self, schedule: Schedule, rows: Ints, keys: Keys, type_ok: Flags, settled_step: int, clock: Clock
+    ) -> None:
+        """Decide for vehicles at their departure.
+
+        Args:
+            schedule: of this plan; overwritten at `rows`.
+            rows: (n,) vehicle rows that departed.
+            keys: (n,) their keys; the share and the window are drawn from these alone.
+            type_ok: (n,) whether the plan aims at their type.
+            settled_step: first step in which they count as settled.
+            clock: of the run.
+        """
+        config = self.config
+        earliest = max(settled_step, clock.step_at(config.begin_s))
+        latest = NEVER if config.end_s is None else clock.step_at(config.end_s)
+        start = np.full(len(rows), earliest, np.int64)
+        end = np.full(len(rows), latest, np.int64)
+        if self.zone is None:
+            start += _draw_steps(keys, noise.PLAN_START, config.start_after_s, clock)
+            lasting = np.maximum(_draw_steps(keys, noise.PLAN_DURATION, config.duration_s, clock), 1)
+            end = np.minimum(start + lasting, latest)
+        chosen = self.select(keys, type_ok) & (start < end)
+        schedule.state[rows] = np.where(chosen, WAITING, SPARED)
+        schedule.start_step[rows] = np.where(chosen, start, NEVER)
+        schedule.end_step[rows] = np.where(chosen, end, NEVER)
+
+    def advance(self, schedule: Schedule, rows: Ints, position_m: Floats, step: int) -> tuple[Ints, Ints]:
+        """Move on to `step`.
+
+        A vehicle is under attack in the steps start_step … end_step - 1; it is attacked at most once.
+
+        Args:
+            schedule: of this plan; updated at `rows`.
+            rows: (n,) vehicle rows on the road.
+            position_m: (N, 2) of all vehicle rows, for zones.
+            step: number of the step.
+
+        Returns:
+            Vehicle rows whose attack begins in this step, and those for which this is the first step after it.
+        """
+        state = schedule.state[rows]
+        active = state == ACTIVE
+        over = active & (schedule.end_step[rows] <= step)
+        due = (state == WAITING) & (schedule.start_step[rows] <= step) & (step < schedule.end_step[rows])
+        if self.zone is not None:
+            asked = due | active
+            inside = np.zeros(len(rows), np.bool_)
+            inside[asked] = self.zone.contains(position_m[rows[asked]])
+            due &= inside
+            over |= active & ~inside
+        starting, ending = rows[due], rows[over]
+        schedule.state[starting] = ACTIVE
+        schedule.start_step[starting] = step
+        schedule.state[ending] = DONE
+        schedule.end_step[ending] = step
+        return starting, ending
+
+
+def _draw_steps(keys: Keys, channel: int, window_s: tuple[float, float], clock: Clock) -> np.ndarray:
+    least, most = window_s
+    seconds = least + (most - least) * noise.uniforms(keys, channel, 0)
+    return np.floor(seconds / clock.step_s + 0.5).astype(np.int64)
+
+
+def needed_memory_s(plans: Sequence[Plan]) -> float:
+    """Return how far back the plans look at honest fixes."""
+    return max((plan.attack.needed_memory_s() for plan in plans), default=0.0)
+
+
+def build_plans(
+    configs: Sequence[PlanConfig],
+    drawn: Sequence[tuple[PlanConfig, Zone]] = (),
+    *,
+    config_file: str = "gpsec.toml",
+    zone_file: str = "additional file",
+) -> list[Plan]:
+    """Return the plans of a run: those of the configuration, then one for each drawn zone.
+
+    Args:
+        configs: of the configuration; one that has a zone takes the area of the drawn zone of that id.
+        drawn: as `plans_from_zones` gives them.
+        config_file: that the former come from, for error messages.
+        zone_file: that the latter come from.
+
+    Raises:
+        GpsecError: a zone is unknown, or two plans have the same name.
+    """
+    zones = {zone.zone_id: zone for _, zone in drawn}
+    plans: dict[str, Plan] = {}
+    for i, config in enumerate(configs):
+        where = f"{config_file}: plans[{i}]"
+        zone = None if config.zone is None else _find(config.zone, zones, where)
+        _add(plans, Plan(config, config.build_attack(), zone), where)
+    for config, zone in drawn:
+        _add(plans, Plan(config, config.build_attack(), zone), f"{zone_file}: zone '{zone.zone_id}'")
+    return list(plans.values())
+
+
+def _find(zone_id: str, zones: Mapping[str, Zone], where: str) -> Zone:
+    if zone_id not in zones:
+        known = nearest(zone_id, zones) if zones else "no zone is drawn"
+        raise GpsecError(f"{where}: zone: expected the id of a drawn zone, found '{zone_id}': {known}")
+    return zones[zone_id]
+
+
+def _add(plans: dict[str, Plan], plan: Plan, where: str) -> None:
+    if plan.name in plans:
+        raise GpsecError(f"{where}: name: expected a name that no other plan has, found '{plan.name}'")
+    plans[plan.name] = plan
