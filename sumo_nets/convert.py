@@ -17,8 +17,8 @@ OPTIONS = (
     "--no-turnarounds",
     "--offset.disable-normalization",
     "--junctions.limit-turn-speed=3.5",
-    "--tls.default-type=static",
-    "--no-internal-links=false",
+    "--tls.default-type=actuated",
+    "--output.street-names",
 )
 
 

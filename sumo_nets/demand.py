@@ -67,11 +67,11 @@ def _params(params: dict[str, str]) -> list[str]:
 
 
 DEMANDS = {
-    "slow_curve": Demand(0.75, 0.5, 1800.0),
-    "sharp_turns": Demand(0.55, 0.45, 900.0),
+    "slow_curve": Demand(0.6, 0.35, 1800.0),
+    "sharp_turns": Demand(0.5, 0.4, 1000.0),
     "town": Demand(
-        2.5,
-        1.0,
+        2.0,
+        0.9,
         900.0,
         (
             polygon("spoofed_quarter", [(500.0, 180.0), (980.0, 180.0), (980.0, 640.0), (500.0, 640.0)]),
@@ -79,7 +79,7 @@ DEMANDS = {
         ),
     ),
     "highway": Demand(
-        2.2,
+        2.0,
         0.8,
         2500.0,
         (
@@ -87,9 +87,9 @@ DEMANDS = {
             point("spoofer", 7000.0, 1750.0, 150),
         ),
     ),
-    "mountain": Demand(0.6, 0.5, 1500.0),
-    "suburb": Demand(1.2, 0.4, 600.0),
-    "beltway": Demand(1.6, 0.3, 1200.0),
+    "mountain": Demand(0.4, 0.4, 1500.0),
+    "suburb": Demand(0.95, 0.3, 600.0),
+    "beltway": Demand(1.0, 0.2, 1200.0),
 }
 
 
@@ -133,14 +133,18 @@ def _flows(
             choice.append(target)
         if targets is not None and len(choice) > targets:
             choice = sorted(chance.sample(choice, targets), key=lambda edge: str(edge.getID()))
-        total = sum(target.getLaneNumber() ** demand.lane_power for target in choice)
+        total = sum(_weight(target, demand) for target in choice)
         for target in choice:
-            share = target.getLaneNumber() ** demand.lane_power / total
-            weighted.append(
-                (str(origin.getID()), str(target.getID()), origin.getLaneNumber() ** demand.lane_power * share)
-            )
+            share = _weight(target, demand) / total
+            weighted.append((str(origin.getID()), str(target.getID()), _weight(origin, demand) * share))
     scale = per_s / sum(weight for _, _, weight in weighted)
     return [(origin, target, weight * scale) for origin, target, weight in weighted]
+
+
+def _weight(edge: Any, demand: Demand) -> float:
+    """How much traffic a road gets: by its lanes, less for the side roads of a trunk."""
+    side = 0.2 if str(edge.getName()).startswith("side road") else 1.0
+    return side * float(edge.getLaneNumber()) ** demand.lane_power
 
 
 def _label(edge: str) -> str:

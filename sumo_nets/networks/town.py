@@ -65,7 +65,7 @@ def plan() -> Plan:
                 (5, 2): 5.0,
             },
             roundabouts=frozenset({(2, 2), (3, 4)}),
-            unsignalled=frozenset({(1, 2), (2, 3)}),
+            unsignalled=frozenset({(1, 2)}),
         ),
     )
     return result
