@@ -1,0 +1,118 @@
+"""Tracks that are over: who drove, what was planned, and the sums of the whole life."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gpsec.arrays import Flags, Floats, Ints
+from gpsec.fleet import Tracks
+from gpsec.outcomes.state import ATTACK, OutcomeState
+
+
+@dataclass(frozen=True)
+class Journey:
+    """A vehicle of the fleet, as the tables name it.
+
+    Attributes:
+        vehicle_id, vehicle_type: SUMO's.
+        profile: index of its sensor profile.
+        depart_s: simulated time at which it entered the fleet.
+        arrive_s: simulated time at which it left, None where the run ended before.
+    """
+
+    vehicle_id: str
+    vehicle_type: str
+    profile: int
+    depart_s: float
+    arrive_s: float | None
+
+
+@dataclass(frozen=True)
+class ClosedTracks:
+    """T tracks that are over.
+
+    Attributes:
+        vehicle_id, vehicle_type: (T,) texts.
+        profile, plan: (T,) indices.
+        depart_s: (T,) time of departure.
+        arrive_s: (T,) time of arrival where `arrived`, otherwise 0.
+        arrived: (T,) the vehicle left before the run ended.
+        start_step, end_step: (T,) of the attack, as in `Tracks`.
+        state: the sums; T rows.
+    """
+
+    vehicle_id: NDArray[np.str_]
+    vehicle_type: NDArray[np.str_]
+    profile: Ints
+    plan: Ints
+    depart_s: Floats
+    arrive_s: Floats
+    arrived: Flags
+    start_step: Ints
+    end_step: Ints
+    state: OutcomeState
+
+    def __len__(self) -> int:
+        return len(self.plan)
+
+    @classmethod
+    def none(cls, detectors: int, defences: int) -> Self:
+        """Return no track at all."""
+        return cls._of([], np.zeros(0, np.int32), Tracks.empty(0), OutcomeState.empty(0, detectors, defences))
+
+    @classmethod
+    def at(cls, rows: Ints, tracks: Tracks, state: OutcomeState, journeys: Sequence[Journey]) -> Self:
+        """Return copies of the track rows `rows`, whose vehicles made `journeys` (one a row)."""
+        return cls._of(journeys, rows, tracks, state.take(rows))
+
+    @classmethod
+    def _of(cls, journeys: Sequence[Journey], rows: Ints, tracks: Tracks, state: OutcomeState) -> Self:
+        return cls(
+            vehicle_id=np.array([journey.vehicle_id for journey in journeys], np.str_),
+            vehicle_type=np.array([journey.vehicle_type for journey in journeys], np.str_),
+            profile=np.array([journey.profile for journey in journeys], np.int32),
+            plan=tracks.plan[rows],
+            depart_s=np.array([journey.depart_s for journey in journeys], np.float64),
+            arrive_s=np.array([journey.arrive_s or 0.0 for journey in journeys], np.float64),
+            arrived=np.array([journey.arrive_s is not None for journey in journeys], np.bool_),
+            start_step=tracks.start_step[rows],
+            end_step=tracks.end_step[rows],
+            state=state,
+        )
+
+    @classmethod
+    def concatenate(cls, parts: list[Self]) -> Self:
+        """Return the tracks of one or more `parts`, ordered by vehicle and plan, whatever their order was."""
+        whole = cls(
+            **{
+                name: np.concatenate([getattr(part, name) for part in parts])
+                for name in cls.__dataclass_fields__
+                if name != "state"
+            },
+            state=OutcomeState.concatenate([part.state for part in parts]),
+        )
+        return whole.take(np.lexsort((whole.plan, whole.vehicle_id)).astype(np.int32))
+
+    def take(self, rows: Ints | Flags) -> Self:
+        """Return copies of some tracks (numbers, or one flag a track)."""
+        return type(self)(
+            **{name: getattr(self, name)[rows] for name in self.__dataclass_fields__ if name != "state"},
+            state=self.state.take(rows),
+        )
+
+    def events(self) -> Self:
+        """Return the tracks under an attack that has begun."""
+        return self.take((self.plan > 0) & self.state.in_event)
+
+    def of_plan(self, plan: int) -> Self:
+        """Return the tracks of one plan that were scored: settled without an attack, attacked with one."""
+        scored = self.state.in_event if plan > 0 else self.state.steps[:, 0] > 0
+        return self.take((self.plan == plan) & scored)
+
+    def last_step(self) -> Ints:
+        """Return (T,) first steps after the attack, also where the vehicle left before it was over."""
+        cut = self.start_step + self.state.steps[:, ATTACK]
+        return np.where(self.end_step >= 0, self.end_step, cut).astype(np.int32)

@@ -1,0 +1,80 @@
+"""What is computed from counts and sums: pure functions on arrays of any shape.
+
+A figure can be undefined (the precision of a detector that never raised an alarm); it then has the value 0 and is
+not `known`, and its cell in a table is empty.
+"""
+
+from statistics import NormalDist
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gpsec.arrays import Flags, Floats
+
+Numbers = NDArray[np.floating[Any]] | NDArray[np.integer[Any]]
+
+
+class Figures(NamedTuple):
+    """Values (…,) and whether each is defined."""
+
+    value: Floats
+    known: Flags
+
+
+def ratio(numerator: Numbers, denominator: Numbers) -> Figures:
+    """Return numerator / denominator, undefined where the denominator is 0."""
+    over = np.asarray(denominator, np.float64)
+    known = over > 0.0
+    return Figures(np.divide(numerator, over, out=np.zeros_like(over), where=known), known)
+
+
+def precision(tp: Numbers, fp: Numbers) -> Figures:
+    """Return TP / (TP + FP): the share of alarmed samples that were attacked."""
+    return ratio(tp, tp + fp)
+
+
+def recall(tp: Numbers, fn: Numbers) -> Figures:
+    """Return TP / (TP + FN): the share of attacked samples that were alarmed."""
+    return ratio(tp, tp + fn)
+
+
+def f1(tp: Numbers, fp: Numbers, fn: Numbers) -> Figures:
+    """Return 2 TP / (2 TP + FP + FN), the harmonic mean of both; undefined without attacked samples."""
+    score = ratio(2 * tp, 2 * tp + fp + fn)
+    known = np.asarray(tp + fn, np.float64) > 0.0
+    return Figures(np.where(known, score.value, 0.0), known)
+
+
+def rmse(squared: Floats, samples: Numbers) -> Figures:
+    """Return the root of the mean squared error, pooled: √(Σ e² / number of samples)."""
+    mean = ratio(squared, samples)
+    return Figures(np.sqrt(mean.value), mean.known)
+
+
+def quantiles(values: Floats, known: Flags, share: float) -> Figures:
+    """Return a quantile over the first axis of (B, …) values, of those that are known."""
+    value = np.zeros(values.shape[1:])
+    for index in np.ndindex(value.shape):
+        cell = (slice(None), *index)
+        if known[cell].any():
+            value[index] = np.quantile(values[cell][known[cell]], share)
+    return Figures(value, np.asarray(known.any(axis=0)))
+
+
+def percentile_interval(replicates: Figures, confidence: float) -> tuple[Figures, Figures]:
+    """Return lower and upper bounds from (B, …) bootstrap replicates; undefined replicates are left out."""
+    tail = 0.5 * (1.0 - confidence)
+    return quantiles(*replicates, tail), quantiles(*replicates, 1.0 - tail)
+
+
+def wilson_interval(successes: Numbers, trials: Numbers, confidence: float) -> tuple[Figures, Figures]:
+    """Return Wilson's score interval of a share (Wilson, JASA 1927): never empty at 0 or 1, as a bootstrap's is."""
+    z = NormalDist().inv_cdf(0.5 + 0.5 * confidence)
+    share, known = ratio(successes, trials)
+    n = np.maximum(np.asarray(trials, np.float64), 1.0)
+    centre = (share + z * z / (2.0 * n)) / (1.0 + z * z / n)
+    half = z / (1.0 + z * z / n) * np.sqrt(share * (1.0 - share) / n + z * z / (4.0 * n * n))
+    low = np.where(known & (share > 0.0), np.maximum(centre - half, 0.0), 0.0)
+    high = np.where(known, np.where(share < 1.0, np.minimum(centre + half, 1.0), 1.0), 0.0)
+    return Figures(low, known), Figures(high, known)

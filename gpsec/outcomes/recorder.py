@@ -1,0 +1,133 @@
+"""What the pipeline holds: it observes every step, closes tracks that are over, and writes the tables."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from gpsec.arrays import Floats, Ints
+from gpsec.fleet import Tracks
+from gpsec.hdmap.arrays import LaneSides
+from gpsec.outcomes.accumulate import add_alarms, add_errors
+from gpsec.outcomes.bootstrap import Bootstrap
+from gpsec.outcomes.events import ClosedTracks, Journey
+from gpsec.outcomes.histograms import BINS, count
+from gpsec.outcomes.state import OutcomeState
+from gpsec.outcomes.study import Study
+from gpsec.outcomes.tables import write_tables
+from gpsec.outcomes.view import StepView
+from gpsec.threads import Threads
+
+
+class Outcomes:
+    """Accumulates what each attack achieved against each defence.
+
+    Attributes:
+        study: names of plans, detectors, defences, profiles.
+        state: running sums of the tracks on the road; the pipeline grows, copies and resets its rows with theirs.
+        histogram: (P, profiles, K, 2, BINS) counts of statistics, of samples not attacked and attacked.
+    """
+
+    def __init__(
+        self,
+        plan_names: Sequence[str],
+        detector_names: Sequence[str],
+        defences: Sequence[tuple[str, str]],
+        profile_names: Sequence[str],
+        thresholds: Floats,
+        lane_sides: LaneSides,
+        step_s: float,
+        capacity: int,
+    ) -> None:
+        self.study = Study(
+            tuple(plan_names),
+            tuple(detector_names),
+            tuple(defences),
+            tuple(profile_names),
+            np.asarray(thresholds, np.float64).reshape(len(profile_names), len(detector_names)),
+            step_s,
+        )
+        self.state = OutcomeState.empty(capacity, len(detector_names), len(defences))
+        self.histogram = np.zeros((len(plan_names), len(profile_names), len(detector_names), 2, BINS), np.int64)
+        self._sides = lane_sides
+        self._origin_s = 0.0
+        self._closed: list[ClosedTracks] = []
+
+    def observe(self, view: StepView, threads: Threads) -> None:
+        """Add one step of the tracks `view.rows`."""
+        state, tracks, vehicles = self.state, view.tracks, view.vehicles
+        self._origin_s = view.time_s - view.step * view.step_s
+        threads.run(
+            add_alarms,
+            view.rows,
+            view.step,
+            tracks.plan,
+            tracks.settled,
+            tracks.attacked,
+            view.statistic,
+            view.scored,
+            view.alarm,
+            state.in_event,
+            state.counts,
+            state.onsets,
+            state.in_alarm,
+            state.in_alarm_at_start,
+            state.detection_step,
+            state.bin,
+        )
+        threads.run(
+            add_errors,
+            view.rows,
+            view.step,
+            tracks.vehicle,
+            tracks.plan,
+            tracks.settled,
+            tracks.attacked,
+            tracks.end_step,
+            vehicles.rear_m,
+            vehicles.lane_yaw_rad,
+            vehicles.lane,
+            vehicles.width_m,
+            self._sides,
+            view.estimate_m,
+            view.isolated,
+            self.study.detector_of,
+            state.detection_step,
+            state.in_event,
+            state.steps,
+            state.squared_m2,
+            state.max_cross_m,
+            state.first_step,
+            state.deviation_m,
+            state.isolated_steps,
+            state.retrust_step,
+        )
+        count(view.rows, tracks.vehicle, tracks.plan, tracks.attacked, vehicles.profile, state.bin, self.histogram)
+
+    def close(self, rows: Ints, tracks: Tracks, journeys: Sequence[Journey]) -> None:
+        """Keep the sums of track rows that are over; `journeys` holds their vehicles, one a row.
+
+        Call it once for every track, before its row is reset or forked onto, also for those that are still on the
+        road when the run ends.
+        """
+        if len(rows) > 0:
+            self._closed.append(ClosedTracks.at(rows, tracks, self.state, journeys))
+
+    def tracks(self) -> ClosedTracks:
+        """Return all closed tracks, ordered by vehicle and plan."""
+        none = ClosedTracks.none(len(self.study.detectors), len(self.study.defences))
+        return ClosedTracks.concatenate([none, *self._closed])
+
+    def write(
+        self, folder: Path, scenario: str, seed: int, *, replicates: int = 1000, confidence: float = 0.95
+    ) -> None:
+        """Write the five tables of the closed tracks into `folder`; intervals by bootstrap over vehicles."""
+        write_tables(
+            folder,
+            scenario,
+            self.study,
+            self.tracks(),
+            self.histogram,
+            self._origin_s,
+            Bootstrap(seed, replicates, confidence),
+        )

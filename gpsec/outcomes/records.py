@@ -1,0 +1,127 @@
+"""The tables with a row for every vehicle: `events.csv` and `vehicles.csv`."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from gpsec.arrays import Flags, Floats, Ints
+from gpsec.outcomes.events import ClosedTracks
+from gpsec.outcomes.metrics import Figures, Numbers, rmse
+from gpsec.outcomes.state import ALL, ALONG, ATTACK, CROSS, FALSE, LIFE, OUTCOMES, TN, TP, X, Y, worst
+from gpsec.outcomes.study import Study
+
+
+def cells(figures: Figures) -> Floats:
+    """Return figures as pandas holds them, NaN where undefined; they are written as empty cells."""
+    return np.where(figures.known, figures.value, np.nan)
+
+
+def only(value: Numbers, known: Flags) -> Floats:
+    """Return `value` as pandas holds it where `known`, an empty cell elsewhere."""
+    return np.where(known, value, np.nan)
+
+
+def error_columns(squared_m2: Floats, samples: Numbers) -> dict[str, Figures]:
+    """Return the five RMSE columns of (…, 4) sums of squared errors over (…,) samples."""
+    return {
+        "rmse_x_m": rmse(squared_m2[..., X], samples),
+        "rmse_y_m": rmse(squared_m2[..., Y], samples),
+        "rmse_xy_m": rmse(squared_m2[..., X] + squared_m2[..., Y], samples),
+        "rmse_cross_track_m": rmse(squared_m2[..., CROSS], samples),
+        "rmse_along_track_m": rmse(squared_m2[..., ALONG], samples),
+    }
+
+
+def events_table(study: Study, tracks: ClosedTracks, scenario: str, seed: int, origin_s: float) -> pd.DataFrame:
+    """Return one row for every attacked vehicle, plan and defence."""
+    events = tracks.events()
+    state = events.state
+    k = study.detector_of
+    step_s = study.step_s
+    start = events.start_step[:, None]
+    end = events.last_step()
+    detection = state.detection_step[:, k]
+    detected = detection >= 0
+    attacked = state.steps[:, ATTACK]
+    outcome, outcome_step = worst(state.first_step)
+    table = _identity(study, events, scenario, seed)
+    table |= {
+        "start_s": _spread(origin_s + events.start_step * step_s, study),
+        "end_s": _spread(origin_s + end * step_s, study),
+        "cut_short": _spread(events.end_step < 0, study),
+        "in_alarm_at_start": state.in_alarm_at_start[:, k],
+        "detected": detected,
+        "detection_delay_s": only((detection - start) * step_s, detected),
+        "deviation_at_detection_m": only(state.deviation_m, detected),
+        "isolated_share": cells(_share(state.isolated_steps, attacked)),
+        "time_to_retrust_s": only(
+            (state.retrust_step - end[:, None]) * step_s,
+            (state.retrust_step >= 0) & (state.isolated_steps > 0),
+        ),
+    }
+    errors = error_columns(state.squared_m2[:, :, ATTACK], attacked[:, None] + np.zeros(len(k), np.int32))
+    table |= {name: cells(figures) for name, figures in errors.items()}
+    table |= {
+        "max_cross_track_m": only(state.max_cross_m[:, :, ATTACK], (attacked > 0)[:, None]),
+        "outcome": _outcome_names(outcome),
+        "time_to_outcome_s": only((outcome_step - start) * step_s, outcome >= 0),
+    }
+    return _frame(table)
+
+
+def vehicles_table(study: Study, tracks: ClosedTracks, scenario: str, seed: int) -> pd.DataFrame:
+    """Return one row for every vehicle, plan and defence; plans that attack it, and none for every vehicle."""
+    tracks = tracks.take((tracks.plan == 0) | tracks.state.in_event)
+    state = tracks.state
+    k = study.detector_of
+    settled = state.steps[:, LIFE]
+    squared = state.squared_m2[:, :, LIFE]
+    outcome, _ = worst(state.first_step)
+    table = _identity(study, tracks, scenario, seed)
+    table |= {
+        "depart_s": _spread(tracks.depart_s, study),
+        "arrive_s": _spread(only(tracks.arrive_s, tracks.arrived), study),
+        "vehicle_seconds": _spread(settled * study.step_s, study),
+        "scored_seconds": state.counts[:, k, TP : TN + 1].sum(axis=2) * study.step_s,
+        "alarms": state.onsets[:, k, ALL],
+        "false_alarms": state.onsets[:, k, FALSE],
+        "rmse_xy_m": cells(rmse(squared[..., X] + squared[..., Y], settled[:, None] + np.zeros(len(k)))),
+        "max_cross_track_m": only(state.max_cross_m[:, :, LIFE], (settled > 0)[:, None]),
+        "outcome": _outcome_names(outcome),
+    }
+    return _frame(table)
+
+
+def _identity(study: Study, tracks: ClosedTracks, scenario: str, seed: int) -> dict[str, Any]:
+    shape = (len(tracks), len(study.defences))
+    return {
+        "scenario": np.full(shape, scenario, object),
+        "seed": np.full(shape, seed),
+        "vehicle_id": _spread(tracks.vehicle_id.astype(object), study),
+        "vehicle_type": _spread(tracks.vehicle_type.astype(object), study),
+        "profile": _spread(np.array(study.profiles, object)[tracks.profile], study),
+        "attack": _spread(np.array(study.plans, object)[tracks.plan], study),
+        "defence": np.broadcast_to(np.array(study.defence_names, object), shape),
+        "detector": np.broadcast_to(np.array([detector for detector, _ in study.defences], object), shape),
+        "response": np.broadcast_to(np.array([response for _, response in study.defences], object), shape),
+    }
+
+
+def _spread(values: Any, study: Study) -> Any:
+    """Return (T, D) copies of (T,) values."""
+    return np.repeat(np.asarray(values)[:, None], len(study.defences), axis=1)
+
+
+def _share(part: Ints, whole: Ints) -> Figures:
+    known = np.broadcast_to((whole > 0)[:, None], part.shape)
+    return Figures(part / np.maximum(whole, 1)[:, None], known)
+
+
+def _outcome_names(outcome: Ints) -> Any:
+    return np.array(["none", *OUTCOMES], object)[outcome + 1]
+
+
+def _frame(table: Mapping[str, Any]) -> pd.DataFrame:
+    return pd.DataFrame({name: np.asarray(values).reshape(-1) for name, values in table.items()})

@@ -1,0 +1,107 @@
+"""What is remembered of every track: running sums, so that memory does not grow with the steps."""
+
+from dataclasses import dataclass, fields
+from typing import Self
+
+import numpy as np
+
+from gpsec.arrays import Flags, Floats, Ints
+from gpsec.fleet import Rows
+
+# Last axis of `counts`.
+TP, FP, FN, TN = 0, 1, 2, 3
+# Last axis of `onsets`.
+ALL, FALSE = 0, 1
+# Over what errors are summed: the settled life of the vehicle, or the steps under attack.
+LIFE, ATTACK = 0, 1
+# Components of the error of an estimate.
+X, Y, CROSS, ALONG = 0, 1, 2, 3
+# What the error would have meant, in the order of severity; the last axis of `first_step`.
+LINE_TOUCHED, OUT_OF_LANE, WRONG_WAY, OFF_ROAD = 0, 1, 2, 3
+OUTCOMES = ("line_touched", "out_of_lane", "wrong_way", "off_road")
+
+
+@dataclass
+class OutcomeState(Rows):
+    """Running sums of M track rows with K detectors and D defences.
+
+    A track under an attack plan is forked by copying the row of the benign track, so that what was counted before
+    the attack is kept. A step is *scored* by a detector whose statistic is defined in it.
+
+    Attributes:
+        in_event: (M,) the track is under an attack plan and its attack has begun.
+        steps: (M, 2) number of steps, of the settled life and under attack.
+        counts: (M, K, 4) scored steps that are TP, FP, FN, TN: positive while attacked, negative otherwise.
+        onsets: (M, K, 2) alarms that were raised: all, and those raised while not attacked.
+        in_alarm: (M, K) in alarm after the last step (of the settled life).
+        in_alarm_at_start: (M, K) was in alarm already when the attack began.
+        detection_step: (M, K) first step under attack that is in alarm, -1 where there is none.
+        bin: (M, K) histogram bin of the statistic of the last step, -1 where it is not counted.
+        squared_m2: (M, D, 2, 4) sums of squared errors x, y, cross-track, along-track; over life and attack.
+        max_cross_m: (M, D, 2) largest absolute cross-track error; over life and attack.
+        first_step: (M, D, 4) first step of each outcome since the attack began (plan 0: since settling), or -1.
+        deviation_m: (M, D) absolute cross-track error in the step of detection by the defence's detector.
+        isolated_steps: (M, D) number of steps under attack in which GNSS was not used.
+        retrust_step: (M, D) first step after the attack in which GNSS is used, -1 before.
+    """
+
+    in_event: Flags
+    steps: Ints
+    counts: Ints
+    onsets: Ints
+    in_alarm: Flags
+    in_alarm_at_start: Flags
+    detection_step: Ints
+    bin: Ints
+    squared_m2: Floats
+    max_cross_m: Floats
+    first_step: Ints
+    deviation_m: Floats
+    isolated_steps: Ints
+    retrust_step: Ints
+
+    @classmethod
+    def empty(cls, capacity: int, detectors: int, defences: int) -> Self:
+        """Return `capacity` rows in which nothing has been counted."""
+        m, k, d = capacity, detectors, defences
+        return cls(
+            in_event=np.zeros(m, np.bool_),
+            steps=np.zeros((m, 2), np.int32),
+            counts=np.zeros((m, k, 4), np.int32),
+            onsets=np.zeros((m, k, 2), np.int32),
+            in_alarm=np.zeros((m, k), np.bool_),
+            in_alarm_at_start=np.zeros((m, k), np.bool_),
+            detection_step=np.full((m, k), -1, np.int32),
+            bin=np.full((m, k), -1, np.int32),
+            squared_m2=np.zeros((m, d, 2, 4)),
+            max_cross_m=np.zeros((m, d, 2)),
+            first_step=np.full((m, d, 4), -1, np.int32),
+            deviation_m=np.zeros((m, d)),
+            isolated_steps=np.zeros((m, d), np.int32),
+            retrust_step=np.full((m, d), -1, np.int32),
+        )
+
+    def take(self, rows: Ints | Flags) -> Self:
+        """Return a copy of `rows` (numbers, or one flag a row)."""
+        return type(self)(**{field.name: getattr(self, field.name)[rows] for field in fields(self)})
+
+    @classmethod
+    def concatenate(cls, parts: list[Self]) -> Self:
+        """Return the rows of one or more `parts` in their order."""
+        names = [field.name for field in fields(cls)]
+        return cls(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
+
+
+def worst(first_step: Ints) -> tuple[Ints, Ints]:
+    """Return the (…,) worst outcome reached, -1 for none, and its first step, of (…, 4) first steps.
+
+    Of wrong way and off road, the one that came first counts; of both in one step, off road.
+    """
+    wrong, off = first_step[..., WRONG_WAY], first_step[..., OFF_ROAD]
+    outcome = np.full(first_step.shape[:-1], -1, np.int32)
+    outcome[first_step[..., LINE_TOUCHED] >= 0] = LINE_TOUCHED
+    outcome[first_step[..., OUT_OF_LANE] >= 0] = OUT_OF_LANE
+    outcome[wrong >= 0] = WRONG_WAY
+    outcome[(off >= 0) & ((wrong < 0) | (off <= wrong))] = OFF_ROAD
+    step = np.take_along_axis(first_step, np.maximum(outcome, 0)[..., None], axis=-1)[..., 0]
+    return outcome, np.where(outcome >= 0, step, -1).astype(np.int32)

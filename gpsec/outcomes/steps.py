@@ -1,0 +1,138 @@
+"""The log of every step (`--log-steps`): one row for every track and step, as a Parquet file."""
+
+from collections.abc import Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+import pyarrow as pa
+from pyarrow import parquet
+
+from gpsec.arrays import Flags, Floats
+from gpsec.geo import Projector
+from gpsec.outcomes.tables import whole
+from gpsec.outcomes.view import StepView
+
+# Rows that are held before they are written, as one row group.
+ROWS_AT_ONCE = 100_000
+
+
+class StepLog:
+    """Writes `steps.parquet` as the run goes on; the file has its name only once the log is closed.
+
+    Use it as a context manager: where the block fails, nothing is left behind.
+
+    Attributes:
+        path: of the file.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        plan_names: Sequence[str],
+        detector_names: Sequence[str],
+        defences: Sequence[tuple[str, str]],
+        projector: Projector,
+    ) -> None:
+        self.path = path
+        self._plans = np.array(plan_names, object)
+        self._detectors = list(detector_names)
+        self._defences = [f"{detector}+{response}" for detector, response in defences]
+        self._projector = projector
+        self._pending: list[dict[str, Any]] = []
+        self._count = 0
+        self._stack = ExitStack()
+        self._writer: Any = parquet.ParquetWriter(
+            self._stack.enter_context(whole(path)), self._schema(), compression="zstd"
+        )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if error is None:
+            self.close()
+        else:
+            self._writer.close()
+            self._stack.__exit__(kind, error, trace)
+
+    def observe(self, view: StepView, vehicle_ids: Sequence[str]) -> None:
+        """Log the tracks `view.rows`; `vehicle_ids` holds the id of every vehicle row."""
+        rows, tracks, vehicles = view.rows, view.tracks, view.vehicles
+        v = tracks.vehicle[rows]
+        step: dict[str, Any] = {
+            "time_s": np.full(len(rows), view.time_s),
+            "vehicle_id": np.array([vehicle_ids[vehicle] for vehicle in v], object),
+            "plan": self._plans[tracks.plan[rows]],
+            "rear": vehicles.rear_m[v],
+            "yaw_rad": vehicles.yaw_rad[v],
+            "speed_mps": vehicles.speed_mps[v],
+            "settled": tracks.settled[rows],
+            "attacked": tracks.attacked[rows],
+            "fix": tracks.fix_m[rows],
+            "fix_valid": tracks.fix_valid[rows],
+            "residual_m": tracks.residual_m[rows],
+            "residual_valid": tracks.residual_valid[rows],
+            "statistic": view.statistic[rows],
+            "scored": view.scored[rows],
+            "alarm": view.alarm[rows],
+            "estimate": view.estimate_m[rows],
+            "isolated": view.isolated[rows],
+        }
+        self._pending.append(step)
+        self._count += len(rows)
+        if self._count >= ROWS_AT_ONCE:
+            self._flush()
+
+    def close(self) -> None:
+        """Write what is left and give the file its name."""
+        self._flush()
+        self._writer.close()
+        self._stack.close()
+
+    def _schema(self) -> Any:
+        fields = [("time_s", pa.float64()), ("vehicle_id", pa.string()), ("plan", pa.string())]
+        fields += [(name, pa.float64()) for name in ("x_m", "y_m", "lon_deg", "lat_deg", "yaw_rad", "speed_mps")]
+        fields += [("settled", pa.bool_()), ("attacked", pa.bool_())]
+        fields += [(f"fix_{name}", pa.float64()) for name in ("x_m", "y_m", "lon_deg", "lat_deg")]
+        fields += [("residual_m", pa.float64())]
+        for name in self._detectors:
+            fields += [(f"{name}_statistic", pa.float64()), (f"{name}_alarm", pa.bool_())]
+        for name in self._defences:
+            fields += [(f"{name}_x_m", pa.float64()), (f"{name}_y_m", pa.float64())]
+            fields += [(f"{name}_isolated", pa.bool_())]
+        return pa.schema(fields)
+
+    def _flush(self) -> None:
+        if self._count == 0:
+            self._pending.clear()
+            return
+        data = {name: np.concatenate([step[name] for step in self._pending]) for name in self._pending[0]}
+        self._pending.clear()
+        self._count = 0
+        columns: dict[str, Any] = {
+            name: data[name] for name in ("time_s", "vehicle_id", "plan", "yaw_rad", "speed_mps", "settled", "attacked")
+        }
+        every = np.ones(len(data["rear"]), np.bool_)
+        columns |= self._positions("", data["rear"], every) | self._positions("fix_", data["fix"], data["fix_valid"])
+        columns["residual_m"] = pa.array(data["residual_m"], mask=~data["residual_valid"])
+        for k, name in enumerate(self._detectors):
+            columns[f"{name}_statistic"] = pa.array(data["statistic"][:, k], mask=~data["scored"][:, k])
+            columns[f"{name}_alarm"] = data["alarm"][:, k]
+        for d, name in enumerate(self._defences):
+            columns[f"{name}_x_m"] = data["estimate"][:, d, 0]
+            columns[f"{name}_y_m"] = data["estimate"][:, d, 1]
+            columns[f"{name}_isolated"] = data["isolated"][:, d]
+        schema = self._schema()
+        self._writer.write_table(pa.table([pa.array(columns[name]) for name in schema.names], schema=schema))
+
+    def _positions(self, prefix: str, position_m: Floats, known: Flags) -> dict[str, Any]:
+        lon_lat = np.zeros_like(position_m)
+        lon_lat[known] = self._projector.to_lon_lat(position_m[known])
+        values = np.concatenate([position_m, lon_lat], axis=1)
+        names = ("x_m", "y_m", "lon_deg", "lat_deg")
+        return {prefix + name: pa.array(values[:, i], mask=~known) for i, name in enumerate(names)}

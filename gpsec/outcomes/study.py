@@ -1,0 +1,39 @@
+"""The names that indices stand for in the tables of one run."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from gpsec.arrays import Floats, Ints
+
+
+@dataclass(frozen=True)
+class Study:
+    """What was compared.
+
+    Attributes:
+        plans: names of the attack plans; the first is no attack ("none").
+        detectors: names of the K detectors.
+        defences: (detector, response) of the D defences.
+        profiles: names of the sensor profiles.
+        thresholds: (profiles, K) of the detectors.
+        step_s: length of a step.
+    """
+
+    plans: tuple[str, ...]
+    detectors: tuple[str, ...]
+    defences: tuple[tuple[str, str], ...]
+    profiles: tuple[str, ...]
+    thresholds: Floats
+    step_s: float
+
+    @cached_property
+    def defence_names(self) -> tuple[str, ...]:
+        """Names of the defences, detector+response."""
+        return tuple(f"{detector}+{response}" for detector, response in self.defences)
+
+    @cached_property
+    def detector_of(self) -> Ints:
+        """(D,) index of the detector that a defence listens to."""
+        return np.array([self.detectors.index(detector) for detector, _ in self.defences], np.int32)
