@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from typing import Annotated, Any, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, Strict, ValidationError, model_validator
-from pydantic_core import PydanticCustomError
 
 from gpsec.attacks.base import Attack
 from gpsec.attacks.registry import ATTACKS, build_attack, first_problem
@@ -14,16 +13,11 @@ NO_ATTACK = "none"
 """Name of plan 0, under which nobody is attacked."""
 
 
-def _refusal(problem: str) -> PydanticCustomError:
-    # Not a ValueError, whose message pydantic would lead with "Value error"; not a template, as it may hold braces.
-    return PydanticCustomError("plan", "{problem}", {"problem": problem})
-
-
 def _window(value: object) -> tuple[float, float]:
     pair = tuple(value) if isinstance(value, list | tuple) else ()
     numbers = [float(x) for x in pair if isinstance(x, int | float) and not isinstance(x, bool)]
     if len(pair) != 2 or len(numbers) != 2 or not 0.0 <= numbers[0] <= numbers[1] < float("inf"):
-        raise _refusal("Input should be [least, most] in seconds with 0 <= least <= most")
+        raise ValueError(f"expected [least, most] in seconds with 0 <= least <= most, found {value!r}")
     return numbers[0], numbers[1]
 
 
@@ -77,7 +71,7 @@ class PlanConfig(BaseModel):
         beside = {key: value for key, value in table.items() if key not in cls.model_fields}
         twice = sorted(set(beside) & set(nested))
         if twice:
-            raise _refusal(f"key '{twice[0]}' stands in the plan and in its parameters")
+            raise ValueError(f"key '{twice[0]}' stands in the plan and in its parameters")
         attack = _attack(own["attack"], {**nested, **beside})
         return {"name": attack.name, **own, "parameters": attack.model_dump()}
 
@@ -85,12 +79,12 @@ class PlanConfig(BaseModel):
     def _agree(self) -> Self:
         """Check what several keys say together."""
         if self.name == NO_ATTACK:
-            raise _refusal(f"name: '{NO_ATTACK}' is kept for vehicles without an attack")
+            raise ValueError(f"name: '{NO_ATTACK}' is kept for vehicles without an attack")
         if self.end_s is not None and self.end_s <= self.begin_s:
-            raise _refusal(f"end_s: expected later than begin_s = {self.begin_s:g}, found {self.end_s:g}")
+            raise ValueError(f"end_s: expected later than begin_s = {self.begin_s:g}, found {self.end_s:g}")
         for key in ("start_after_s", "duration_s"):
             if self.zone is not None and getattr(self, key) != type(self).model_fields[key].default:
-                raise _refusal(f"{key}: expected none beside a zone, which says when an attack begins and ends")
+                raise ValueError(f"{key}: expected none beside a zone, which says when an attack begins and ends")
         return self
 
     def build_attack(self) -> Attack:
@@ -103,7 +97,7 @@ def _attack(name: str, parameters: Mapping[str, object]) -> Attack:
     try:
         return build_attack(name, parameters, "", other_keys=keys)
     except GpsecError as error:
-        raise _refusal(str(error).removeprefix(": ")) from None
+        raise ValueError(str(error).removeprefix(": ")) from None
 
 
 def plan_config(table: Mapping[str, object], where: str) -> PlanConfig:
@@ -121,6 +115,4 @@ def plan_config(table: Mapping[str, object], where: str) -> PlanConfig:
     try:
         return PlanConfig.model_validate(dict(table))
     except ValidationError as error:
-        detail = error.errors(include_url=False)[0]
-        problem = detail["msg"] if not detail["loc"] else first_problem(error)
-        raise GpsecError(f"{where}: {problem}") from None
+        raise GpsecError(f"{where}: {first_problem(error)}") from None

@@ -65,9 +65,13 @@ def first_problem(error: ValidationError, prefix: str = "") -> str:
     """Return the first thing that is wrong: the key, what was expected and what was found."""
     detail = error.errors(include_url=False)[0]
     key = prefix + ".".join(str(part) for part in detail["loc"])
+    if detail["type"] == "value_error":  # one of ours, a whole sentence
+        problem = str(detail["ctx"]["error"])
+        return f"{key}: {problem}" if detail["loc"] else problem
     if detail["type"] == "missing":
         return f"{key}: expected a value, found none"
-    expected = detail["msg"].removeprefix("Input should be ").replace("valid tuple", "list")
+    expected = detail["msg"].removeprefix("Input should be ").removeprefix("String should have ")
+    expected = expected.replace("valid tuple", "list")
     if expected.startswith(("greater", "less")):
         expected = f"a number {expected}"
     return f"{key}: expected {expected}, found {detail['input']!r}"

@@ -1,0 +1,45 @@
+"""The example in docs/adding-an-attack.md is an attack that works."""
+
+import importlib.util
+import re
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gpsec.attacks.plans import PlanConfig
+from gpsec.attacks.zones import zone_keys
+
+from .helpers import displacement, make_victims
+
+GUIDE = (Path(__file__).parents[2] / "docs" / "adding-an-attack.md").read_text(encoding="utf-8")
+
+
+def block(language: str) -> str:
+    match = re.search(rf"```{language}\n(.*?)```", GUIDE, re.DOTALL)
+    assert match
+    return match[1]
+
+
+def test_the_example_sways(tmp_path: Path) -> None:
+    file = tmp_path / "sway.py"
+    file.write_text(block("python"), encoding="utf-8")
+    spec = importlib.util.spec_from_file_location("sway", file)
+    assert spec
+    assert spec.loader
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    attack = module.Sway(amplitude_m=2.0, period_s=8.0, side="as_given")
+    moved = displacement(attack, make_victims(4, elapsed_s=np.array([0.0, 2.0, 4.0, 6.0])))
+    assert moved == pytest.approx(np.array([[0, 0], [0, 2.0], [0, 0], [0, -2.0]]), abs=1e-12)
+
+
+def test_the_plan_of_the_example_has_the_keys_of_a_plan() -> None:
+    [table] = tomllib.loads(block("toml"))["plans"]
+    assert set(table) - set(PlanConfig.model_fields) == {"amplitude_m"}
+
+
+def test_the_names_that_parameters_must_not_have_are_listed() -> None:
+    taken = {*PlanConfig.model_fields, *(key.removeprefix("gpsec.") for key in zone_keys()[:5])}
+    assert all(f"`{name}`" in GUIDE for name in taken)

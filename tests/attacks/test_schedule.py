@@ -1,0 +1,220 @@
+"""Who is attacked, when, and never twice."""
+
+import numpy as np
+import pytest
+
+from gpsec.attacks.plans import plan_config
+from gpsec.attacks.schedule import (
+    ACTIVE,
+    DONE,
+    NEVER,
+    SPARED,
+    WAITING,
+    Clock,
+    Plan,
+    Schedule,
+    build_plans,
+    needed_memory_s,
+)
+from gpsec.attacks.zones import Zone
+from gpsec.errors import GpsecError
+from gpsec.noise import vehicle_key
+
+N = 4000
+ROWS = np.arange(N, dtype=np.int32)
+KEYS = np.array([vehicle_key(3, f"car{i}") for i in range(N)], np.uint64)
+ALL = np.ones(N, np.bool_)
+SECONDS = Clock(step_s=1.0)
+
+
+def make_plan(attack: str = "drift", zone: Zone | None = None, **settings: object) -> Plan:
+    table = {"attack": attack, "share": 1.0, **settings} | ({"zone": zone.zone_id} if zone else {})
+    config = plan_config(table, "test")
+    return Plan(config, config.build_attack(), zone)
+
+
+def entered(plan: Plan, settled_step: int = 0, clock: Clock = SECONDS, type_ok: np.ndarray = ALL) -> Schedule:
+    schedule = Schedule.empty(N)
+    plan.enter(schedule, ROWS, KEYS, type_ok, settled_step, clock)
+    return schedule
+
+
+def one(plan: Plan, settled_step: int = 0, clock: Clock = SECONDS) -> Schedule:
+    schedule = Schedule.empty(1)
+    plan.enter(schedule, ROWS[:1], KEYS[:1], ALL[:1], settled_step, clock)
+    return schedule
+
+
+def follow(plan: Plan, schedule: Schedule, positions: list[tuple[float, float]]) -> list[bool]:
+    """Whether vehicle 0 is under attack in each step, by what `advance` returns."""
+    active, result = False, []
+    for step, position in enumerate(positions):
+        starting, ending = plan.advance(schedule, ROWS[:1], np.array([position]), step)
+        assert not (len(starting) and len(ending))
+        active = (active or len(starting) > 0) and len(ending) == 0
+        assert active == (schedule.state[0] == ACTIVE)
+        result.append(active)
+    return result
+
+
+def test_first_step_at_a_time() -> None:
+    clock = Clock(step_s=0.1, origin_s=100.0)
+    assert [clock.step_at(t) for t in (100.0, 100.3, 100.31, 99.9)] == [0, 3, 4, -1]
+
+
+def test_the_share_is_what_was_asked_for() -> None:
+    for share in (0.0, 0.1, 0.5, 1.0):
+        selected = make_plan(share=share).select(KEYS, ALL)
+        spread = 4.5 * np.sqrt(share * (1.0 - share) / N)
+        assert abs(selected.mean() - share) <= spread
+
+
+def test_plans_with_equal_settings_attack_the_same_vehicles_in_the_same_windows() -> None:
+    a, b = entered(make_plan("drift", share=0.5)), entered(make_plan("jamming", share=0.5, name="other"))
+    assert np.array_equal(a.start_step, b.start_step)
+    assert np.array_equal(a.end_step, b.end_step)
+    fewer = entered(make_plan("drift", share=0.2))
+    assert np.all(a.state[fewer.state == WAITING] == WAITING)
+
+
+def test_a_vehicles_window_depends_on_its_key_alone() -> None:
+    plan = make_plan(share=0.5)
+    batch, mixed = entered(plan), Schedule.empty(N)
+    for part in (ROWS[::-2], ROWS[::2]):  # other rows, other order, other batches
+        plan.enter(mixed, part, KEYS[part], ALL[part], 0, SECONDS)
+    assert np.array_equal(batch.start_step, mixed.start_step)
+    assert np.array_equal(batch.end_step, mixed.end_step)
+
+
+def test_windows_are_uniform_and_counted_from_when_the_vehicle_has_settled() -> None:
+    schedule = entered(make_plan(start_after_s=[2, 30], duration_s=[10, 20]), settled_step=100, clock=Clock(0.1))
+    start_s = schedule.start_step * 0.1 - 10.0
+    lasting_s = (schedule.end_step - schedule.start_step) * 0.1
+    for drawn, least, most in ((start_s, 2.0, 30.0), (lasting_s, 10.0, 20.0)):
+        width = most - least
+        assert drawn.min() == pytest.approx(least, abs=width / 300)  # 4000 draws reach the ends
+        assert drawn.max() == pytest.approx(most, abs=width / 300)
+        assert drawn.mean() == pytest.approx((least + most) / 2, abs=4.5 * width / np.sqrt(12 * N))
+    assert abs(np.corrcoef(start_s, lasting_s)[0, 1]) < 4.5 / np.sqrt(N)
+
+
+def test_no_attack_begins_before_begin_or_lasts_beyond_end() -> None:
+    plan = make_plan(begin_s=150.0, end_s=180.0, start_after_s=[0, 60], duration_s=[20, 20])
+    schedule = entered(plan, settled_step=20, clock=Clock(step_s=1.0, origin_s=100.0))
+    waiting = schedule.state == WAITING
+    assert schedule.start_step[waiting].min() == 50  # 150 s is step 50
+    assert schedule.start_step[waiting].max() == 79  # one second before the end
+    assert schedule.end_step[waiting].max() == 80
+    assert np.all((schedule.end_step - schedule.start_step)[waiting] <= 20)
+    # Half of the 60 s in which attacks may begin lie before the end.
+    assert waiting.mean() == pytest.approx(0.5, abs=0.05)
+    assert np.all(schedule.start_step[~waiting] == NEVER)
+
+
+def test_vehicles_of_other_types_are_spared() -> None:
+    plan = make_plan(vehicle_types=["van", "truck"])
+    assert [plan.aims_at(kind) for kind in ("van", "car", "truck")] == [True, False, True]
+    assert make_plan().aims_at("car")
+    schedule = entered(plan, type_ok=ROWS % 4 == 0)
+    assert np.array_equal(schedule.state != SPARED, ROWS % 4 == 0)
+
+
+def test_an_attack_lasts_from_its_start_to_its_end_and_comes_once() -> None:
+    plan = make_plan(start_after_s=[3, 3], duration_s=[4, 4])
+    schedule = one(plan, settled_step=2)
+    under_attack = follow(plan, schedule, [(0.0, 0.0)] * 20)
+    assert under_attack == [5 <= step < 9 for step in range(20)]
+    assert schedule.state[0] == DONE
+    assert (schedule.start_step[0], schedule.end_step[0]) == (5, 9)
+
+
+def test_the_shortest_attack_is_one_step_long() -> None:
+    plan = make_plan(start_after_s=[2, 2], duration_s=[0, 0])
+    assert follow(plan, one(plan), [(0.0, 0.0)] * 5) == [False, False, True, False, False]
+
+
+def test_each_vehicle_of_a_fleet_begins_and_ends_once() -> None:
+    plan = make_plan(share=0.5, start_after_s=[0, 20], duration_s=[1, 15])
+    schedule = entered(plan)
+    planned = schedule.start_step.copy(), schedule.end_step.copy()
+    begun, ended = np.zeros(N, int), np.zeros(N, int)
+    for step in range(40):
+        starting, ending = plan.advance(schedule, ROWS, np.zeros((N, 2)), step)
+        assert np.all(planned[0][starting] == step)
+        assert np.all(planned[1][ending] == step)
+        begun[starting] += 1
+        ended[ending] += 1
+    assert np.array_equal(begun, (planned[0] != NEVER).astype(int))
+    assert np.array_equal(ended, begun)
+
+
+def test_only_the_rows_on_the_road_move_on_and_a_reset_row_is_spared() -> None:
+    plan = make_plan(start_after_s=[0, 0])
+    schedule = entered(plan)
+    starting, _ = plan.advance(schedule, ROWS[5:8], np.zeros((N, 2)), 0)
+    assert starting.tolist() == [5, 6, 7]
+    schedule.reset(ROWS[6:7])
+    assert schedule.state[4:9].tolist() == [WAITING, ACTIVE, SPARED, ACTIVE, WAITING]
+
+
+SQUARE = Zone("yard", np.array([[10.0, 0.0], [20.0, 0.0], [20.0, 10.0], [10.0, 10.0]]))
+DRIVE_THROUGH = [(float(x), 5.0) for x in (0, 5, 11, 15, 19, 21, 15, 15)]
+
+
+def test_in_a_zone_the_attack_lasts_while_the_vehicle_is_inside_and_comes_once() -> None:
+    plan = make_plan(zone=SQUARE)
+    schedule = one(plan)
+    assert follow(plan, schedule, DRIVE_THROUGH) == [False, False, True, True, True, False, False, False]
+    assert (schedule.start_step[0], schedule.end_step[0]) == (2, 5)
+
+
+def test_in_a_zone_the_vehicle_must_have_settled() -> None:
+    plan = make_plan(zone=SQUARE)
+    assert follow(plan, one(plan, settled_step=4), DRIVE_THROUGH) == [False] * 4 + [True] + [False] * 3
+
+
+def test_a_zone_is_switched_on_and_off() -> None:
+    plan = make_plan(zone=SQUARE, begin_s=3.0, end_s=6.0)
+    stay = [(15.0, 5.0)] * 9
+    assert follow(plan, one(plan), stay) == [3 <= step < 6 for step in range(9)]
+
+
+def test_nobody_is_attacked_in_a_zone_after_its_end() -> None:
+    plan = make_plan(zone=SQUARE, end_s=2.0)
+    assert not any(follow(plan, one(plan), DRIVE_THROUGH))
+
+
+def test_the_share_holds_in_zones() -> None:
+    plan = make_plan(zone=SQUARE, share=0.5)
+    schedule = entered(plan)
+    starting, _ = plan.advance(schedule, ROWS, np.tile([15.0, 5.0], (N, 1)), 0)
+    assert np.array_equal(starting, ROWS[make_plan(share=0.5).select(KEYS, ALL)])
+
+
+def test_plans_of_a_run() -> None:
+    configs = [
+        plan_config({"attack": "replay", "delay_s": 7}, "t"),
+        plan_config({"attack": "drift", "zone": "yard"}, "t"),
+    ]
+    drawn = [(plan_config({"attack": "jamming", "name": "yard", "zone": "yard"}, "t"), SQUARE)]
+    plans = build_plans(configs, drawn)
+    assert [(plan.name, plan.zone) for plan in plans] == [("replay", None), ("drift", SQUARE), ("yard", SQUARE)]
+    assert needed_memory_s(plans) == 7.0
+    assert needed_memory_s(plans[1:]) == 0.0
+    assert needed_memory_s([]) == 0.0
+
+
+def test_plans_that_do_not_go_together() -> None:
+    drift = plan_config({"attack": "drift"}, "t")
+    lost = plan_config({"attack": "drift", "zone": "yrd"}, "t")
+    drawn = [(plan_config({"attack": "jamming", "name": "yard", "zone": "yard"}, "t"), SQUARE)]
+    with pytest.raises(
+        GpsecError, match=r"^a\.toml: plans\[1\]: name: expected a name that no other plan has, found 'drift'"
+    ):
+        build_plans([drift, drift], config_file="a.toml")
+    with pytest.raises(GpsecError, match=r"^b\.add\.xml: zone 'yard': name: .* found 'yard'"):
+        build_plans([plan_config({"attack": "drift", "name": "yard"}, "t")], drawn, zone_file="b.add.xml")
+    with pytest.raises(GpsecError, match=r"plans\[0\]: zone: .* found 'yrd': did you mean 'yard'\?"):
+        build_plans([lost], drawn)
+    with pytest.raises(GpsecError, match=r"found 'yrd': no zone is drawn"):
+        build_plans([lost])
