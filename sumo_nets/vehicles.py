@@ -88,6 +88,7 @@ def _vtype(name: str, body: Body, driver: Driver, total: float) -> str:
         "latAlignment": round(driver.align_m * body.steadiness, 3),
         "lcSigma": round(driver.lateral_sigma * body.steadiness, 3),
         "lcAssertive": driver.assertive,
+        "lcAccelLat": 0.7,
         "lcPushy": 0.0,
         "probability": round(body.share * driver.share / total, 4),
         "color": body.colour,

@@ -17,7 +17,7 @@ RING_GAP_RAD = 0.3
 """Half of the angle that a junction takes from a roundabout's ring."""
 
 RING_APPROACH_M = 34.0
-CORNER_M = 9.0
+CORNER_M = 11.0
 STUB_M = 220.0
 
 
@@ -37,7 +37,7 @@ class Grid:
     """Roads out of town: the heading (degrees) at which they leave a junction."""
     roundabouts: frozenset[Cell] = frozenset()
     unsignalled: frozenset[Cell] = frozenset()
-    width_m: float = 3.1
+    width_m: float = 3.2
     arterial_kmh: float = 50.0
     street_kmh: float = 40.0
     bow_radius_m: float = 70.0

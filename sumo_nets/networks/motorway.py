@@ -26,7 +26,7 @@ class Ramp:
     s: float
     leaves: bool
     steps: Steps
-    extra_lane_m: float = 260.0
+    extra_lane_m: float = 400.0
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from sumo_nets.plan import Plan, tmerc
 
 def plan() -> Plan:
     """About 1 km by 0.8 km in the west of Graz, Austria."""
-    result = Plan("suburb", tmerc(47.0610, 15.3920))
+    result = Plan("suburb", tmerc(47.0610, 15.3920), curve_resolution_m=0.5)
     lay(
         result,
         Grid(
@@ -55,7 +55,7 @@ def plan() -> Plan:
             },
             roundabouts=frozenset({(3, 2)}),
             unsignalled=frozenset({(0, 1)}),
-            width_m=2.85,
+            width_m=2.95,
             arterial_kmh=60.0,
             street_kmh=30.0,
             bow_radius_m=55.0,

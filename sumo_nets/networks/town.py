@@ -8,7 +8,7 @@ from sumo_nets.plan import Plan, tmerc
 
 def plan() -> Plan:
     """About 1.5 km by 1.1 km in Braunschweig, Germany."""
-    result = Plan("town", tmerc(52.2690, 10.5210))
+    result = Plan("town", tmerc(52.2690, 10.5210), curve_resolution_m=0.5)
     lay(
         result,
         Grid(
