@@ -199,6 +199,7 @@ class Tracks(Rows):
         end_step: (M,) first step after the attack, -1 while it is not over and under plan 0.
         fix_m: (M, 2) GNSS position after the attack.
         fix_valid: (M,) there is one in this step.
+        deviation_m: (M,) cross-track error of the undefended estimate after the last step, kept while attacked.
         segment: (M,) map segment (of the vehicle's map) that the fix was matched to, -1 before.
         residual_m: (M,) camera offset minus map-matched offset of the fix; 0 where not valid.
         residual_valid: (M,) both offsets are there in this step.
@@ -212,6 +213,7 @@ class Tracks(Rows):
     end_step: Ints
     fix_m: Floats
     fix_valid: Flags
+    deviation_m: Floats
     segment: Ints
     residual_m: Floats
     residual_valid: Flags
@@ -229,6 +231,7 @@ class Tracks(Rows):
             end_step=np.full(n, -1, np.int32),
             fix_m=np.zeros((n, 2)),
             fix_valid=np.zeros(n, np.bool_),
+            deviation_m=np.zeros(n),
             segment=np.full(n, -1, np.int32),
             residual_m=np.zeros(n),
             residual_valid=np.zeros(n, np.bool_),

@@ -1,6 +1,9 @@
 """How a loop over rows becomes machine code."""
 
+import hashlib
+import os
 from collections.abc import Callable
+from pathlib import Path
 from typing import ParamSpec, TypeVar, cast
 
 import numba
@@ -9,8 +12,30 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 
+def cache_folder() -> Path:
+    """Return where gpsec keeps what it can compute again: ``$GPSEC_CACHE``, or ``~/.cache/gpsec``."""
+    return Path(os.environ.get("GPSEC_CACHE") or Path.home() / ".cache" / "gpsec")
+
+
+def _code_folder() -> str:
+    """Return where machine code is kept, by the content of the package.
+
+    numba itself looks only at the file of a kernel, not at those of the helpers that are compiled into it.
+    """
+    digest = hashlib.sha256()
+    package = Path(__file__).parent
+    for module in sorted(package.rglob("*.py")):
+        digest.update(module.relative_to(package).as_posix().encode())
+        digest.update(module.read_bytes())
+    return str(cache_folder() / "kernels" / digest.hexdigest()[:16])
+
+
+if not numba.config.CACHE_DIR:
+    numba.config.CACHE_DIR = _code_folder()
+
+
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile `function` on first use and cache the machine code beside its module.
+    """Compile `function` on first use and keep the machine code for later runs.
 
     Kernels release the GIL, so that `gpsec.threads` can run them on disjoint rows at once, and never use
     fast-math: the same input gives the same bits whatever the batch.
@@ -19,5 +44,5 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def inline(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile a small helper that kernels call; the optimiser inlines it."""
-    return cast("Callable[P, R]", numba.njit(cache=True, nogil=True, error_model="numpy")(function))
+    """Compile a small helper that kernels call and the optimiser inlines; its code is kept with theirs."""
+    return cast("Callable[P, R]", numba.njit(nogil=True, error_model="numpy")(function))

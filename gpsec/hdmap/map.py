@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import os
 import tempfile
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,6 +18,7 @@ from gpsec.hdmap.index import build_index
 from gpsec.hdmap.net import Lane, read_net
 from gpsec.hdmap.polyline import Polyline, measure, resample
 from gpsec.hdmap.sides import lane_sides
+from gpsec.kernels import cache_folder
 
 _MEANING = "net.json"
 
@@ -74,7 +74,7 @@ def load_map(net_file: Path, spacings_m: tuple[float, ...], cache: Path | None =
     """Return the map of a net, compiled now or read from the cache.
 
     A compiled map lies in a folder named by the content of the net, the spacings and the code that compiled it; big
-    nets load by memory map. The cache is `cache`, or ``$GPSEC_CACHE``, or ``~/.cache/gpsec``.
+    nets load by memory map. The cache is `cache`, or `gpsec.kernels.cache_folder`.
 
     Raises:
         GpsecError: the net cannot be used (see `read_net`).
@@ -83,7 +83,7 @@ def load_map(net_file: Path, spacings_m: tuple[float, ...], cache: Path | None =
     spacings = tuple(sorted(set(spacings_m)))
     if not net_file.is_file():
         read_net(net_file)  # says what is wrong
-    folder = (cache or _cache_folder()) / _key(net_file, spacings)
+    folder = (cache or cache_folder()) / "maps" / _key(net_file, spacings)
     found = _load(folder, net_file)
     if found is None:
         found = compile_map(net_file, spacings)
@@ -135,10 +135,6 @@ def _arrays(lanes: list[Lane], layers: list[list[Polyline]]) -> MapArrays:
         open_start,
         open_end,
     )
-
-
-def _cache_folder() -> Path:
-    return Path(os.environ.get("GPSEC_CACHE") or Path.home() / ".cache" / "gpsec") / "maps"
 
 
 def _key(net_file: Path, spacings_m: tuple[float, ...]) -> str:

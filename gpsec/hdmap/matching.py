@@ -178,10 +178,10 @@ def match(
 def offset_on(
     lanes: MapArrays, segment: int, x_m: float, y_m: float, heading_rad: float, extend: bool
 ) -> tuple[float, float]:
-    """Return the offset d1 = d0 / cos(θ1 - θ2) from a segment (Eq 6), left of the vehicle positive, and the cosine.
+    """Return the offset d1 = d0 / cos(θ1 - θ2) from a segment (Eq 6), left positive, and the cosine.
 
-    θ1 is the heading of the vehicle and θ2 the direction of the lane; against an oncoming lane the cosine is negative, so
-    that left stays the vehicle's left. A cosine below `MIN_COS` in size means no match; the offset is then 0.
+    θ1 is the heading of the vehicle and θ2 the direction of the lane; against an oncoming lane the cosine is
+    negative, so that left stays the vehicle's left. A cosine below `MIN_COS` in size means no match; the offset is then 0.
     """
     share, d2 = project(lanes, segment, x_m, y_m, extend)
     cross = lanes.dx[segment] * (y_m - lanes.y0_m[segment]) - lanes.dy[segment] * (x_m - lanes.x0_m[segment])

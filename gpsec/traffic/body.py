@@ -12,8 +12,8 @@ from gpsec.arrays import Flags, Floats, Ints
 from gpsec.geo import wrap_angle
 from gpsec.kernels import inline, kernel
 
-# The rear axle's distance from the front bumper as a share of the body's length: 0.78 fits a 4.6 m car with a front overhang
-# of 0.9 m and a wheelbase of 2.7 m. For long vehicles it is bounded by a 12 m city bus (overhang 2.7 m, wheelbase 5.9 m).
+# Distance of the rear axle from the front bumper as a share of the length: 0.78 fits a 4.6 m car (front overhang
+# 0.9 m, wheelbase 2.7 m). Long vehicles are bounded by a 12 m city bus (overhang 2.7 m, wheelbase 5.9 m).
 AXLE_SHARE = 0.78
 MAX_AXLE_M = 8.6
 
@@ -25,7 +25,7 @@ def axle_distance(length_m: float) -> float:
 
 @inline
 def follow(yaw_rad: float, course_rad: float, moved_m: float, axle_m: float) -> tuple[float, float]:
-    """Return the turn of the body and the way of its rear axle while the front moves straight by `moved_m`.
+    """Return the turn of the body and the way of its rear axle while its front moves straight ahead.
 
     The way is ∫cos φ dd = d + L·ln((1 + t'²)/(1 + t²)) with t = tan(φ/2); it is negative where the front is pushed back.
     """

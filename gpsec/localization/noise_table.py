@@ -1,0 +1,59 @@
+"""What the filters know of the sensors: figures of the profile, never tuned against a score."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from gpsec.arrays import Floats
+
+# An error that lasts (odometer scale, heading) is not white; over the seconds that a filter remembers, it acts like
+# noise of this correlation time.
+LASTING_ERROR_S = 1.0
+
+
+@dataclass(frozen=True)
+class FilterNoise:
+    """Sensor figures of one profile, as its data sheet states them.
+
+    Attributes:
+        gnss_white_m: standard deviation of the white part, per axis.
+        gnss_bias_m, gnss_bias_tau_s: standard deviation and correlation time of the slow part, per axis.
+        gnss_period_s: time between fixes.
+        odometer_white_mps: standard deviation of a speed sample; odometer_scale: of the relative scale error.
+        gyro_white_rps: standard deviation of a yaw-rate sample; gyro_bias_rps: of its bias.
+        heading_rad: standard deviation of the heading with which a filter starts.
+        residual_m: standard deviation of camera offset minus map offset of an honest fix.
+
+    """
+
+    gnss_white_m: float
+    gnss_bias_m: float
+    gnss_bias_tau_s: float
+    gnss_period_s: float
+    odometer_white_mps: float
+    odometer_scale: float
+    gyro_white_rps: float
+    gyro_bias_rps: float
+    heading_rad: float
+    residual_m: float
+
+
+class NoiseTable(NamedTuple):
+    """The same figures for Q profiles, as (Q,) arrays that kernels read."""
+
+    gnss_white_m: Floats
+    gnss_bias_m: Floats
+    gnss_bias_tau_s: Floats
+    gnss_period_s: Floats
+    odometer_white_mps: Floats
+    odometer_scale: Floats
+    gyro_white_rps: Floats
+    gyro_bias_rps: Floats
+    heading_rad: Floats
+    residual_m: Floats
+
+
+def noise_table(profiles: list[FilterNoise]) -> NoiseTable:
+    """Return the figures of the run's profiles, in their order."""
+    return NoiseTable(*(np.array([getattr(profile, name) for profile in profiles]) for name in NoiseTable._fields))

@@ -1,0 +1,11 @@
+"""The responses that a defence can have. A new one is a file and a line here."""
+
+from gpsec.localization.camera_ukf import CameraUkf
+from gpsec.localization.dead_reckoning import DeadReckoning
+from gpsec.localization.no_response import NoResponse
+from gpsec.localization.responses import Response
+from gpsec.registry import Registry
+
+RESPONSES: Registry[type[Response]] = Registry(
+    "response", {response.name: response for response in (NoResponse, DeadReckoning, CameraUkf)}
+)

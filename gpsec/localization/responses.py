@@ -1,0 +1,65 @@
+"""What a defence does while GNSS is isolated."""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import ClassVar
+
+from gpsec.arrays import Flags, Ints
+from gpsec.fleet import Measurements, Rows, Tracks, Vehicles
+from gpsec.hdmap.arrays import MapArrays, MatchIndex
+from gpsec.localization.noise_table import NoiseTable
+from gpsec.localization.state import FilterState
+
+
+@dataclass(frozen=True)
+class World:
+    """What filters work with in every step.
+
+    Attributes:
+        lanes, index: the HD map; mode: how to match; layer: (Q,) the map layer of each profile.
+        table: sensor figures of the profiles.
+        step_s: length of a step.
+
+    """
+
+    lanes: MapArrays
+    index: MatchIndex
+    mode: int
+    layer: Ints
+    table: NoiseTable
+    step_s: float
+
+
+@dataclass(frozen=True)
+class Cells:
+    """The n cells (track row, defence) that a response has to correct in this step: all are isolated.
+
+    Attributes:
+        row, defence: (n,) each.
+        entered: (n,) isolated since this very step.
+
+    """
+
+    row: Ints
+    defence: Ints
+    entered: Flags
+
+
+class Response(ABC):
+    """Corrects the estimate of isolated cells, after they were propagated with odometer and gyro."""
+
+    name: ClassVar[str]
+    # A response that never isolates leaves everything as it is, alarm or not.
+    isolates: ClassVar[bool] = True
+
+    def new_state(self, capacity: int) -> Rows | None:
+        """Return arrays of the response's own for `capacity` track rows, None where it needs none."""
+        return None
+
+    @abstractmethod
+    def correct(
+        self, cells: Cells, filters: FilterState, tracks: Tracks, vehicles: Vehicles, seen: Measurements, world: World
+    ) -> None:
+        """Correct the filters of `cells` with what is left when GNSS is not trusted."""
+
+

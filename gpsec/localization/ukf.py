@@ -1,0 +1,145 @@
+"""The UKF under attack (Eqs 11-16): GNSS isolated, state (east, north), the camera's lane offset observed.
+
+Speed and yaw rate move the mean; 2N + 1 = 5 sigma points predict the lane offset by map matching each of them. Process
+noise is additive. The weights are Merwe's, from filterpy.
+"""
+
+from math import cos, sin, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from filterpy.kalman import MerweScaledSigmaPoints
+
+from gpsec.arrays import Floats
+from gpsec.geo import dead_reckon, wrap_angle
+from gpsec.hdmap.arrays import MapArrays, MatchIndex
+from gpsec.hdmap.matching import MIN_COS, TRACKED, match, offset_on
+from gpsec.kernels import inline
+from gpsec.localization.ekf import process_noise
+from gpsec.localization.noise_table import NoiseTable
+
+# alpha = 1 and kappa = 1 put the points at sqrt(3) standard deviations, which matches the fourth moment of a Gaussian
+# in two dimensions (Julier and Uhlmann, 2004: n + kappa = 3).
+ALPHA, BETA, KAPPA = 1.0, 2.0, 1.0
+
+
+class SigmaWeights(NamedTuple):
+    """Weights of mean and covariance, (5,) each, and n + λ."""
+
+    mean: Floats
+    covariance: Floats
+    spread: float
+
+
+def sigma_weights() -> SigmaWeights:
+    """Return the weights of the five sigma points."""
+    points = MerweScaledSigmaPoints(n=2, alpha=ALPHA, beta=BETA, kappa=KAPPA)
+    return SigmaWeights(np.asarray(points.Wm), np.asarray(points.Wc), ALPHA**2 * (2.0 + KAPPA))
+
+
+@inline
+def predict(
+    mean: Floats,
+    covariance: Floats,
+    table: NoiseTable,
+    profile: int,
+    speed_mps: float,
+    yaw_rate_rps: float,
+    step_s: float,
+) -> None:
+    """Propagate position by one step (Eqs 11-12), and yaw beside it.
+
+    All sigma points are moved by the same arc, so that the unscented transform is exact: mean + arc, P + Q.
+    """
+    distance = speed_mps * step_s
+    turn = yaw_rate_rps * step_s
+    middle = mean[2] + 0.5 * turn
+    mean[0], mean[1] = dead_reckon(mean[0], mean[1], mean[2], distance, turn)
+    along, across, yaw = process_noise(table, profile, speed_mps, sqrt(covariance[2, 2]), step_s)
+    c = cos(middle)
+    s = sin(middle)
+    covariance[0, 0] += along * c * c + across * s * s
+    covariance[0, 1] += (along - across) * c * s
+    covariance[1, 0] = covariance[0, 1]
+    covariance[1, 1] += along * s * s + across * c * c
+    covariance[2, 2] += yaw
+    mean[2] = wrap_angle(mean[2] + turn)
+
+
+@inline
+def update(
+    mean: Floats,
+    covariance: Floats,
+    weights: SigmaWeights,
+    lanes: MapArrays,
+    index: MatchIndex,
+    mode: int,
+    layer: int,
+    lane: int,
+    hint: int,
+    offset_m: float,
+    sigma_m: float,
+) -> tuple[int, int]:
+    """Correct with the camera's lane offset (Eqs 13-16).
+
+    Returns the segment of the mean (-1 where a sigma point had no match; nothing is corrected then) and repairs made.
+    """
+    P = covariance
+    repairs = 0
+    if P[0, 0] <= 0.0 or P[0, 0] * P[1, 1] - P[0, 1] * P[0, 1] <= 0.0:
+        repairs = 1
+        P[0, 0] = max(P[0, 0], 1e-12)
+        P[1, 1] = max(P[1, 1], 1e-12)
+        P[0, 1] = 0.0
+        P[1, 0] = 0.0
+    # Rows of the upper Cholesky factor of (n + λ) P.
+    a = sqrt(weights.spread * P[0, 0])
+    b = weights.spread * P[0, 1] / a
+    c = sqrt(max(weights.spread * P[1, 1] - b * b, 0.0))
+    ex = (0.0, a, 0.0, -a, 0.0)
+    ey = (0.0, b, c, -b, -c)
+    heading = mean[2]
+    segment = hint
+    z0 = z1 = z2 = z3 = z4 = 0.0
+    centre = -1
+    for k in range(5):
+        x = mean[0] + ex[k]
+        y = mean[1] + ey[k]
+        segment = match(lanes, index, mode, layer, lane, x, y, heading, segment)
+        if segment < 0:
+            return -1, repairs
+        z, cosine = offset_on(lanes, segment, x, y, heading, mode == TRACKED)
+        if abs(cosine) < MIN_COS:
+            return -1, repairs
+        if k == 0:
+            z0 = z
+            centre = segment
+        elif k == 1:
+            z1 = z
+        elif k == 2:
+            z2 = z
+        elif k == 3:
+            z3 = z
+        else:
+            z4 = z
+    zs = (z0, z1, z2, z3, z4)
+    expected = 0.0
+    for k in range(5):
+        expected += weights.mean[k] * zs[k]
+    S = sigma_m * sigma_m
+    cross_x = 0.0
+    cross_y = 0.0
+    for k in range(5):
+        dz = zs[k] - expected
+        S += weights.covariance[k] * dz * dz
+        cross_x += weights.covariance[k] * ex[k] * dz
+        cross_y += weights.covariance[k] * ey[k] * dz
+    gain_x = cross_x / S
+    gain_y = cross_y / S
+    mean[0] += gain_x * (offset_m - expected)
+    mean[1] += gain_y * (offset_m - expected)
+    P[0, 0] -= gain_x * S * gain_x
+    P[0, 1] -= gain_x * S * gain_y
+    P[1, 0] = P[0, 1]
+    P[1, 1] -= gain_y * S * gain_y
+    return centre, repairs

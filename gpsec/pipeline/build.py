@@ -1,0 +1,124 @@
+"""Builds the parts of a run from a scenario."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gpsec.attacks.schedule import Plan, build_plans
+from gpsec.attacks.zones import plans_from_zones, zone_keys
+from gpsec.detection.bounds import Never, Oracle
+from gpsec.detection.models import Models
+from gpsec.hdmap.map import HDMap, load_map
+from gpsec.hdmap.matching import NEAREST, TRACKED
+from gpsec.localization.noise_table import noise_table
+from gpsec.localization.registry import RESPONSES
+from gpsec.localization.responses import World
+from gpsec.localization.switch import Localization, SwitchSettings
+from gpsec.pipeline.filter_noise import filter_noise
+from gpsec.pipeline.fleet_choice import FleetChoice, run_profiles
+from gpsec.pipeline.method import Watchers
+from gpsec.scenario import Scenario
+from gpsec.sensors.profiles import residual_sigma_m
+from gpsec.sensors.registry import PROFILES
+from gpsec.sensors.sense import Sensors
+from gpsec.traffic.options import SumoOptions, resolve_options
+from gpsec.traffic.session import SumoSession
+from gpsec.traffic.vehicletypes import named_sensors
+
+MATCHING = {"tracked": TRACKED, "nearest": NEAREST}
+
+
+@dataclass(frozen=True)
+class Ground:
+    """What a run stands on, before the simulation is started.
+
+    Attributes:
+        options: how SUMO is run.
+        choice: how the fleet is drawn.
+        hd_map: the roads, with a layer for the map spacing of each profile.
+        sensors: of the profiles of the run.
+        world: what the filters work with.
+
+    """
+
+    options: SumoOptions
+    choice: FleetChoice
+    hd_map: HDMap
+    sensors: Sensors
+    world: World
+
+
+def lay_ground(scenario: Scenario) -> Ground:
+    """Check the scenario's files and load its net.
+
+    Raises:
+        GpsecError: a file is missing or wrong.
+
+    """
+    lateral = scenario.traffic.lateral_resolution_m
+    options = resolve_options(
+        scenario.sumocfg,
+        seed=scenario.seed,
+        step_s=scenario.traffic.step_s,
+        lateral_resolution_m=None if lateral == "own" else lateral,
+    )
+    named = named_sensors((*options.additional_files, *options.route_files))
+    names = run_profiles(scenario.fleet.profile, named)
+    choice = FleetChoice(scenario.seed, scenario.fleet.equipped_share, scenario.fleet.profile, names)
+    profiles = tuple(PROFILES[name] for name in names)
+    hd_map = load_map(options.net_file, tuple(profile.map_spacing_m for profile in profiles))
+    world = World(
+        lanes=hd_map.lanes,
+        index=hd_map.index,
+        mode=MATCHING[scenario.fleet.matching],
+        layer=np.array([hd_map.layer(profile.map_spacing_m) for profile in profiles], np.int32),
+        table=noise_table([filter_noise(profile, options.step_s) for profile in profiles]),
+        step_s=options.step_s,
+    )
+    return Ground(options, choice, hd_map, Sensors(profiles, options.step_s), world)
+
+
+def make_watchers(scenario: Scenario, ground: Ground) -> Watchers:
+    """Return the detectors of a run: those of the scenario, then the bounds that its defences use.
+
+    Raises:
+        GpsecError: there is no model or threshold for one of them.
+
+    """
+    names = scenario.detection.detectors
+    profiles = ground.choice.profiles
+    models = Models.load()
+    detectors = models.build(names, profiles, scenario.fleet.matching)
+    thresholds = models.thresholds(names, profiles, scenario.fleet.matching, scenario.detection.false_alarm_rate)
+    used = {defence.detector for defence in scenario.defences}
+    bounds = [bound for bound in (Never(), Oracle()) if bound.name in used]
+    scale = [residual_sigma_m(PROFILES[name]) for name in profiles]
+    return Watchers(
+        names=(*names, *(bound.name for bound in bounds)),
+        detectors=(*detectors, *bounds),
+        thresholds=np.concatenate([thresholds, np.full((len(profiles), len(bounds)), 0.5)], axis=1),
+        scale_m=np.array(scale),
+    )
+
+
+def make_localization(scenario: Scenario, world: World, detectors: Sequence[str]) -> Localization:
+    """Return the filters of the scenario's defences."""
+    responses = {name: RESPONSES[name]() for name in {defence.response for defence in scenario.defences}}
+    columns = np.array([detectors.index(defence.detector) for defence in scenario.defences], np.int32)
+    settings = SwitchSettings(
+        scenario.localization.hold_s, scenario.localization.rejoin_s, scenario.localization.outage_s
+    )
+    return Localization(columns, [responses[defence.response] for defence in scenario.defences], world, settings)
+
+
+def make_plans(scenario: Scenario, session: SumoSession) -> list[Plan]:
+    """Return the attack plans of the scenario and of the zones that are drawn in it.
+
+    Raises:
+        GpsecError: a zone is not as it should be.
+
+    """
+    files = ", ".join(path.name for path in session.options.additional_files)
+    drawn = plans_from_zones(session.zones(zone_keys()), files)
+    return build_plans(scenario.plans, drawn, config_file=str(scenario.name), zone_file=files)

@@ -1,0 +1,283 @@
+"""The fleet in motion: vehicles come and go, are sensed and spoofed; each vehicle × plan is a track."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gpsec import noise
+from gpsec.arrays import Ints
+from gpsec.attacks.base import Victims
+from gpsec.attacks.history import FixHistory
+from gpsec.attacks.schedule import Clock, Plan, Schedule, needed_memory_s
+from gpsec.fleet import Measurements, Rows, Slots, Tracks, Vehicles
+from gpsec.hdmap.map import HDMap
+from gpsec.hdmap.matching import locate
+from gpsec.pipeline.method import Method
+from gpsec.pipeline.stopwatch import Stopwatch
+from gpsec.sensors.sense import Sensors
+from gpsec.threads import Threads
+from gpsec.traffic.body import advance, axle_distance
+from gpsec.traffic.source import Departure, Frame
+
+
+@dataclass(frozen=True)
+class Roll:
+    """Who a vehicle row stands for.
+
+    Attributes:
+        vehicle_id, vehicle_type: SUMO's.
+        profile: index of its sensor profile.
+        depart_s: simulated time of departure.
+
+    """
+
+    vehicle_id: str
+    vehicle_type: str
+    profile: int
+    depart_s: float
+
+
+# Called with track rows that are over, before they are used again, and with the time at which they ended.
+Closing = Callable[[Ints, float | None], None]
+
+
+class Convoy:
+    """Truth, sensors and spoofed fixes of all vehicles, step by step.
+
+    Attributes:
+        vehicles, seen, tracks: the fleet's arrays.
+        roll: who each vehicle row in use stands for.
+        vehicle_rows, track_rows: rows in use, ascending.
+
+    """
+
+    def __init__(
+        self,
+        *,
+        seed: int,
+        step_s: float,
+        settle_s: float,
+        origin_s: float,
+        hd_map: HDMap,
+        sensors: Sensors,
+        profile_of: Callable[[Departure], int],
+        plans: Sequence[Plan],
+        method: Method,
+        outcome_rows: Sequence[Rows],
+        close: Closing,
+        threads: Threads,
+        watch: Stopwatch,
+    ) -> None:
+        self.vehicles = Vehicles.empty(1)
+        self.seen = Measurements.empty(1)
+        self.tracks = Tracks.empty(1)
+        self.roll: dict[int, Roll] = {}
+        self.vehicle_rows: Ints = np.zeros(0, np.int32)
+        self.track_rows: Ints = np.zeros(0, np.int32)
+        self._seed = seed
+        self._clock = Clock(step_s, origin_s)
+        self._settle_steps = int(np.ceil(settle_s / step_s - 1e-6))
+        self._map = hd_map
+        self._sensors = sensors
+        self._sensor_state = sensors.new_state(1)
+        self._profile_of = profile_of
+        self._plans = list(plans)
+        self._schedules = [Schedule.empty(1) for _ in plans]
+        self._attack_states = [plan.attack.new_state(1) for plan in plans]
+        self._history = FixHistory.empty(1, needed_memory_s(plans), step_s)
+        self._method = method
+        self._outcome_rows = list(outcome_rows)
+        self._close = close
+        self._threads = threads
+        self._watch = watch
+        self._slots = Slots()
+        self._tracks_of: dict[int, list[int]] = {}
+
+    def step(self, frame: Frame) -> None:
+        """Take in one step of the traffic and run the method on it."""
+        self._leave(frame)
+        self._depart(frame)
+        rows, vehicles = frame.rows, self.vehicles
+        self.vehicle_rows = rows
+        vehicles.lane[rows] = frame.lane
+        advance(
+            rows,
+            frame.front_m,
+            frame.speed_mps,
+            self._clock.step_s,
+            vehicles.axle_m,
+            vehicles.fresh,
+            vehicles.front_m,
+            vehicles.rear_m,
+            vehicles.yaw_rad,
+            vehicles.speed_mps,
+            vehicles.yaw_rate_rps,
+        )
+        self._threads.run(
+            locate,
+            rows,
+            self._map.lanes,
+            self._map.index,
+            self._map.sides,
+            vehicles.lane,
+            vehicles.rear_m,
+            vehicles.segment,
+            vehicles.lane_offset_m,
+            vehicles.lane_yaw_rad,
+            vehicles.curvature_per_m,
+            vehicles.lane_width_m,
+            vehicles.marked,
+        )
+        self._watch.lap("truth")
+        if frame.departures:
+            new = np.array([departure.row for departure in frame.departures], np.int32)
+            self._sensors.enter(self._sensor_state, vehicles, new, frame.step)
+        self._sensors.sense(self._sensor_state, vehicles, self.seen, rows, frame.step, self._threads)
+        self._history.record(rows, frame.step, self.seen.fix_m, self.seen.fix_valid)
+        self._watch.lap("sensors")
+        self._move_plans(rows, frame.step)
+        self._spoof(frame.step)
+        self._watch.lap("attacks")
+        self._method.step(self.track_rows, self.tracks, vehicles, self.seen, self._threads, self._watch)
+
+    def finish(self) -> None:
+        """Close the tracks of all vehicles that are still on the road."""
+        self._close(self.track_rows, None)
+
+    def _leave(self, frame: Frame) -> None:
+        over = [track for row in frame.left for track in self._tracks_of.pop(row)]
+        if not over:
+            return
+        over.sort()
+        self._close(np.array(over, np.int32), frame.time_s)
+        for track in over:
+            self._slots.give_back(track)
+        for row in frame.left:
+            del self.roll[row]
+        self._refresh_rows()
+
+    def _depart(self, frame: Frame) -> None:
+        if not frame.departures:
+            return
+        new = np.array([departure.row for departure in frame.departures], np.int32)
+        self._make_room(int(new.max()) + 1)
+        for rows in self._vehicle_states():
+            rows.reset(new)
+        vehicles = self.vehicles
+        for departure in frame.departures:
+            row = departure.row
+            profile = self._profile_of(departure)
+            self.roll[row] = Roll(departure.vehicle_id, departure.vehicle_type, profile, frame.time_s)
+            vehicles.key[row] = noise.vehicle_key(self._seed, departure.vehicle_id)
+            vehicles.profile[row] = profile
+            vehicles.axle_m[row] = axle_distance(departure.length_m)
+            vehicles.length_m[row] = departure.length_m
+            vehicles.width_m[row] = departure.width_m
+            vehicles.yaw_rad[row] = departure.yaw_rad
+            vehicles.born_step[row] = frame.step
+            self._tracks_of[row] = []
+        tracks = self._new_tracks(new, 0)
+        for rows in self._track_states():
+            rows.reset(tracks)
+        self._method.reset(tracks)
+        self.tracks.vehicle[tracks] = new
+        for plan, schedule in zip(self._plans, self._schedules, strict=True):
+            aimed = np.array([plan.aims_at(departure.vehicle_type) for departure in frame.departures])
+            settled = frame.step + self._settle_steps
+            plan.enter(schedule, new, vehicles.key[new], aimed, settled, self._clock)
+        self._refresh_rows()
+
+    def _move_plans(self, rows: Ints, step: int) -> None:
+        """Begin and end attacks; a beginning attack forks the benign track of its vehicle."""
+        tracks = self.tracks
+        age = step - self.vehicles.born_step[tracks.vehicle[self.track_rows]]
+        tracks.settled[self.track_rows] = age >= self._settle_steps
+        for number, (plan, schedule) in enumerate(zip(self._plans, self._schedules, strict=True), start=1):
+            starting, ending = plan.advance(schedule, rows, self.vehicles.rear_m, step)
+            if len(ending):
+                ended = np.array([self._track(row, number) for row in ending.tolist()], np.int32)
+                tracks.attacked[ended] = False
+                tracks.end_step[ended] = step
+            if len(starting):
+                source = np.array([self._track(row, 0) for row in starting.tolist()], np.int32)
+                forked = self._new_tracks(starting, number)
+                for state in self._track_states():
+                    state.copy(source, forked)
+                self._method.copy(source, forked)
+                self._attack_states[number - 1].reset(forked)
+                tracks.plan[forked] = number
+                tracks.attacked[forked] = True
+                tracks.start_step[forked] = step
+                self._refresh_rows()
+
+    def _spoof(self, step: int) -> None:
+        tracks, vehicles, seen = self.tracks, self.vehicles, self.seen
+        rows = self.track_rows
+        tracks.fix_m[rows] = seen.fix_m[tracks.vehicle[rows]]
+        tracks.fix_valid[rows] = seen.fix_valid[tracks.vehicle[rows]]
+        attacked = rows[tracks.attacked[rows]]
+        plan_of = tracks.plan[attacked]
+        for number, plan in enumerate(self._plans, start=1):
+            chosen = attacked[plan_of == number]
+            if not len(chosen):
+                continue
+            vehicle = tracks.vehicle[chosen]
+            lane = vehicles.lane[vehicle]
+            victims = Victims(
+                rows=chosen,
+                key=vehicles.key[vehicle],
+                step=step,
+                step_s=self._clock.step_s,
+                elapsed_s=(step - tracks.start_step[chosen]) * self._clock.step_s,
+                fix_m=seen.fix_m[vehicle],
+                fix_valid=seen.fix_valid[vehicle],
+                lane_yaw_rad=vehicles.lane_yaw_rad[vehicle],
+                lane_width_m=vehicles.lane_width_m[vehicle],
+                left_lane=self._map.beside(lane, left=True),
+                right_lane=self._map.beside(lane, left=False),
+                deviation_m=tracks.deviation_m[chosen],
+                past_fix=self._history.reader(vehicle, step, self._clock.step_s),
+            )
+            spoofed = plan.attack.apply(victims, self._attack_states[number - 1])
+            tracks.fix_m[chosen] = spoofed.fix_m
+            tracks.fix_valid[chosen] = spoofed.valid
+
+    def note_deviation(self) -> None:
+        """Keep the cross-track error of the undefended estimate for the attacker, who is taken to know it."""
+        tracks, vehicles = self.tracks, self.vehicles
+        rows = self.track_rows[tracks.attacked[self.track_rows]]
+        vehicle = tracks.vehicle[rows]
+        error = self._method.answers.estimate_m[rows, 0] - vehicles.rear_m[vehicle]
+        yaw = vehicles.lane_yaw_rad[vehicle]
+        tracks.deviation_m[rows] = np.cos(yaw) * error[:, 1] - np.sin(yaw) * error[:, 0]
+
+    def _track(self, vehicle_row: int, plan: int) -> int:
+        return next(track for track in self._tracks_of[vehicle_row] if self.tracks.plan[track] == plan)
+
+    def _new_tracks(self, vehicle_rows: Ints, plan: int) -> Ints:
+        taken = [self._slots.take() for _ in range(len(vehicle_rows))]
+        if self._slots.used > self.tracks.capacity:
+            capacity = 2 * self._slots.used
+            for state in self._track_states():
+                state.grow(capacity)
+            self._method.grow(capacity)
+            for state in self._attack_states:
+                state.grow(capacity)
+        for vehicle, track in zip(vehicle_rows.tolist(), taken, strict=True):
+            self._tracks_of[vehicle].append(track)
+        return np.array(taken, np.int32)
+
+    def _make_room(self, vehicle_rows: int) -> None:
+        if vehicle_rows > self.vehicles.capacity:
+            for rows in self._vehicle_states():
+                rows.grow(2 * vehicle_rows)
+
+    def _refresh_rows(self) -> None:
+        self.track_rows = np.array(sorted(t for rows in self._tracks_of.values() for t in rows), np.int32)
+
+    def _vehicle_states(self) -> list[Rows]:
+        return [self.vehicles, self.seen, self._sensor_state, self._history, *self._schedules]
+
+    def _track_states(self) -> list[Rows]:
+        return [self.tracks, *self._outcome_rows]

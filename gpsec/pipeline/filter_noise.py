@@ -1,0 +1,23 @@
+"""What the filters are told of a sensor profile: its data sheet, in the units of the loop."""
+
+from math import pi, radians, sqrt
+
+from gpsec.localization.noise_table import FilterNoise
+from gpsec.sensors.profiles import SensorProfile, residual_sigma_m
+
+
+def filter_noise(profile: SensorProfile, step_s: float) -> FilterNoise:
+    """Return the figures of a profile for filters that run at `step_s`."""
+    walk = profile.gyro.angle_random_walk_deg_per_sqrt_h / 60.0 * pi / 180.0
+    return FilterNoise(
+        gnss_white_m=profile.gnss.white_m,
+        gnss_bias_m=profile.gnss.bias_m,
+        gnss_bias_tau_s=profile.gnss.bias_tau_s,
+        gnss_period_s=max(1.0 / profile.gnss.rate_hz, step_s),
+        odometer_white_mps=profile.odometer.white_mps,
+        odometer_scale=profile.odometer.scale_ratio,
+        gyro_white_rps=walk / sqrt(step_s),
+        gyro_bias_rps=radians(profile.gyro.bias_deg_per_h / 3600.0),
+        heading_rad=radians(sqrt(profile.heading.white_deg**2 + profile.heading.bias_deg**2)),
+        residual_m=residual_sigma_m(profile),
+    )

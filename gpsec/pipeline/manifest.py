@@ -1,0 +1,102 @@
+"""What a run was and what it cost, for whoever wants to repeat it."""
+
+import json
+import platform
+import subprocess
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from gpsec import __version__
+from gpsec.outcomes.tables import whole
+from gpsec.pipeline.build import Ground
+from gpsec.scenario import Scenario
+from gpsec.traffic.source import Frame
+
+_PACKAGES = "libsumo sumolib numpy numba torch filterpy scikit-learn shapely pandas pyproj pydantic pyarrow".split()
+
+
+@dataclass
+class Counts:
+    """How much a run did, and how long it took.
+
+    Attributes:
+        steps: of the simulation.
+        vehicles: distinct vehicles of the fleet.
+        vehicle_steps, track_steps: sums over the steps of vehicles and of tracks.
+        peak_vehicles: most vehicles of the fleet at once; peak_on_road: most in the simulation, equipped or not.
+        sumo_s, read_s: wall-clock seconds in SUMO's steps, and in reading them.
+        loop_s, total_s: wall-clock seconds of the loop, and of everything from loading to the tables.
+
+    """
+
+    steps: int = 0
+    vehicles: int = 0
+    vehicle_steps: int = 0
+    track_steps: int = 0
+    peak_vehicles: int = 0
+    peak_on_road: int = 0
+    sumo_s: float = 0.0
+    read_s: float = 0.0
+    loop_s: float = 0.0
+    total_s: float = 0.0
+
+    def add(self, frame: Frame, tracks: int) -> None:
+        """Count one step."""
+        self.steps += 1
+        self.vehicles += len(frame.departures)
+        self.vehicle_steps += len(frame.rows)
+        self.track_steps += tracks
+        self.peak_vehicles = max(self.peak_vehicles, len(frame.rows))
+        self.peak_on_road = max(self.peak_on_road, frame.on_road)
+
+
+def write_manifest(
+    folder: Path,
+    scenario: Scenario,
+    ground: Ground,
+    counts: Counts,
+    stages_s: Mapping[str, float],
+    warnings: Sequence[str],
+) -> None:
+    """Write `manifest.json`."""
+    figures = {key: round(value, 4) if isinstance(value, float) else value for key, value in asdict(counts).items()}
+    manifest: dict[str, Any] = {
+        "scenario": scenario.name,
+        "seed": scenario.seed,
+        "gpsec_version": __version__,
+        "git_commit": git_commit(),
+        "python_version": platform.python_version(),
+        "versions": {package: version(package) for package in _PACKAGES},
+        "configuration": scenario.model_dump(mode="json"),
+        "step_s": ground.options.step_s,
+        "lateral_resolution_m": ground.options.lateral_resolution_m,
+        "profiles": list(ground.choice.profiles),
+        "notes": list(ground.options.notes),
+        "sumo_warnings": list(warnings),
+        **figures,
+        "stages_s": {stage: round(seconds, 4) for stage, seconds in stages_s.items()},
+        "stages_us_per_vehicle_step": {
+            stage: round(seconds / max(counts.vehicle_steps, 1) * 1e6, 4) for stage, seconds in stages_s.items()
+        },
+    }
+    with whole(folder / "manifest.json") as path:
+        path.write_text(json.dumps(manifest, indent=2) + "\n", encoding="utf-8")
+
+
+def git_commit() -> str | None:
+    """Return the commit of the checkout that this code lies in, with a mark where it was changed; None outside one."""
+    here = Path(__file__).resolve().parent
+    try:
+        commit = _git(here, "rev-parse", "HEAD")
+        changed = _git(here, "status", "--porcelain", "--untracked-files=no", "--", str(here.parent))
+    except (OSError, subprocess.CalledProcessError):
+        return None
+    return f"{commit}+changes" if changed else commit
+
+
+def _git(folder: Path, *arguments: str) -> str:
+    done = subprocess.run(["git", "-C", str(folder), *arguments], capture_output=True, text=True, check=True)
+    return done.stdout.strip()

@@ -1,0 +1,204 @@
+"""The one loop: traffic, truth, sensors, attacks, residual, detectors, filters, outcomes."""
+
+from collections.abc import Callable
+from contextlib import ExitStack
+from pathlib import Path
+from time import perf_counter
+
+import torch
+from threadpoolctl import threadpool_limits
+
+from gpsec.arrays import Ints
+from gpsec.attacks.plans import NO_ATTACK
+from gpsec.errors import GpsecError
+from gpsec.outcomes.events import Journey
+from gpsec.outcomes.recorder import Outcomes
+from gpsec.outcomes.steps import StepLog
+from gpsec.outcomes.view import StepView
+from gpsec.pipeline.build import Ground, lay_ground, make_localization, make_plans, make_watchers
+from gpsec.pipeline.convoy import Convoy
+from gpsec.pipeline.manifest import Counts, write_manifest
+from gpsec.pipeline.method import BatchedMethod, Method, Watchers
+from gpsec.pipeline.stopwatch import Stopwatch
+from gpsec.progress import Progress
+from gpsec.scenario import Scenario
+from gpsec.threads import Threads
+from gpsec.traffic.session import SumoSession
+
+Report = Callable[[Progress], None]
+
+
+def run_scenario(scenario: Scenario, folder: Path, report: Report) -> None:
+    """Run a scenario and write its tables and its manifest into `folder`, which exists.
+
+    libsumo allows one simulation per process, and so this can run once at a time in a process.
+
+    Raises:
+        GpsecError: the scenario cannot be run, or nobody of the fleet departs.
+
+    """
+    began = perf_counter()
+    report(Progress(scenario.name, stage="loading the net"))
+    ground = lay_ground(scenario)
+    watchers = make_watchers(scenario, ground)
+    for note in ground.options.notes:
+        report(Progress(scenario.name, stage="loading the net", note=note))
+    with ExitStack() as stack:
+        torch.set_num_threads(1)
+        stack.enter_context(threadpool_limits(1))
+        threads = Threads(scenario.threads)
+        stack.callback(threads.close)
+        session = stack.enter_context(SumoSession(ground.options, ground.hd_map.lane_index, ground.choice.equipped))
+        _Run(scenario, folder, report, ground, watchers, session, threads, stack).go(began)
+
+
+class _Run:
+    """One run, from the started simulation to the written files."""
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        folder: Path,
+        report: Report,
+        ground: Ground,
+        watchers: Watchers,
+        session: SumoSession,
+        threads: Threads,
+        stack: ExitStack,
+    ) -> None:
+        self.scenario = scenario
+        self.folder = folder
+        self.report = report
+        self.ground = ground
+        self.session = session
+        self.threads = threads
+        self.stack = stack
+        self.watch = Stopwatch()
+        self.counts = Counts()
+        plans = make_plans(scenario, session)
+        defences = [(defence.detector, defence.response) for defence in scenario.defences]
+        names = [NO_ATTACK, *(plan.name for plan in plans)]
+        method = _method(scenario, ground, watchers)
+        self.outcomes = Outcomes(
+            names,
+            watchers.names,
+            defences,
+            ground.choice.profiles,
+            watchers.thresholds,
+            ground.hd_map.sides,
+            session.step_s,
+            1,
+        )
+        self.log = None
+        if scenario.log_steps:
+            path = folder / "steps.parquet"
+            self.log = stack.enter_context(StepLog(path, names, watchers.names, defences, ground.hd_map.projector))
+        self.method = method
+        self.convoy = Convoy(
+            seed=scenario.seed,
+            step_s=session.step_s,
+            settle_s=scenario.fleet.settle_s,
+            origin_s=ground.options.begin_s + session.step_s,
+            hd_map=ground.hd_map,
+            sensors=ground.sensors,
+            profile_of=ground.choice.profile,
+            plans=plans,
+            method=method,
+            outcome_rows=[self.outcomes.state],
+            close=self._close,
+            threads=threads,
+            watch=self.watch,
+        )
+
+    def go(self, began: float) -> None:
+        """Run to the end and write the files."""
+        scenario, session, convoy = self.scenario, self.session, self.convoy
+        duration_s = scenario.duration_s or self._configured_duration()
+        loop_began = perf_counter()
+        for frame in session.frames(scenario.duration_s):
+            self.watch.start()
+            convoy.step(frame)
+            self._observe(frame.step, frame.time_s)
+            self.counts.add(frame, len(convoy.track_rows))
+            if frame.step % 10 == 0:
+                elapsed_s = (frame.step + 1) * session.step_s
+                self.report(
+                    Progress(
+                        scenario.name,
+                        elapsed_s,
+                        duration_s,
+                        len(frame.rows),
+                        len(convoy.track_rows),
+                        elapsed_s / max(perf_counter() - loop_began, 1e-9),
+                    )
+                )
+        self.counts.loop_s = perf_counter() - loop_began
+        self._check_not_empty()
+        convoy.finish()
+        self.report(Progress(scenario.name, stage="writing tables"))
+        self.watch.start()
+        settings = scenario.outcomes
+        self.outcomes.write(
+            self.folder,
+            scenario.name,
+            scenario.seed,
+            replicates=settings.bootstrap,
+            confidence=settings.confidence,
+        )
+        self.watch.lap("files")
+        self.counts.sumo_s, self.counts.read_s = session.sumo_s, session.read_s
+        session.close()
+        self.counts.total_s = perf_counter() - began
+        write_manifest(self.folder, scenario, self.ground, self.counts, self.watch.stages_s, session.warnings)
+
+    def _observe(self, step: int, time_s: float) -> None:
+        convoy, answers = self.convoy, self.method.answers
+        convoy.note_deviation()
+        view = StepView(
+            step=step,
+            step_s=self.session.step_s,
+            time_s=time_s,
+            rows=convoy.track_rows,
+            tracks=convoy.tracks,
+            vehicles=convoy.vehicles,
+            statistic=answers.statistic,
+            scored=answers.scored,
+            alarm=answers.alarm,
+            estimate_m=answers.estimate_m,
+            isolated=answers.isolated,
+        )
+        self.outcomes.observe(view, self.threads)
+        self.watch.lap("outcomes")
+        if self.log is not None:
+            rows = convoy.tracks.vehicle[convoy.track_rows].tolist()
+            self.log.observe(view, [convoy.roll[row].vehicle_id for row in rows])
+            self.watch.lap("step log")
+
+    def _close(self, rows: Ints, ended_s: float | None) -> None:
+        tracks, roll = self.convoy.tracks, self.convoy.roll
+        people = [roll[row] for row in tracks.vehicle[rows].tolist()]
+        journeys = [Journey(who.vehicle_id, who.vehicle_type, who.profile, who.depart_s, ended_s) for who in people]
+        self.outcomes.close(rows, tracks, journeys)
+
+    def _configured_duration(self) -> float | None:
+        end_s = self.ground.options.end_s
+        return None if end_s is None else end_s - self.ground.options.begin_s
+
+    def _check_not_empty(self) -> None:
+        config = self.ground.options.config
+        if self.counts.steps == 0 or self.counts.peak_on_road == 0:
+            raise GpsecError(f"{config}: no vehicle departs within the time that is simulated")
+        if self.counts.vehicles == 0:
+            raise GpsecError(
+                f"{config}: no vehicle is equipped; expected fleet.equipped_share or the gpsec.equipped of a type"
+                " above 0, and vehicles of road classes"
+            )
+
+
+def _method(scenario: Scenario, ground: Ground, watchers: Watchers) -> Method:
+    localization = make_localization(scenario, ground.world, watchers.names)
+    if scenario.engine == "reference":
+        from gpsec.reference.method import ReferenceMethod
+
+        return ReferenceMethod(ground.hd_map, ground.world, watchers, localization)
+    return BatchedMethod(ground.hd_map, ground.world, watchers, localization)
