@@ -1,0 +1,56 @@
+"""What a configuration can choose from: the names in the registries, asked for when they are needed."""
+
+from collections.abc import Iterable
+
+from gpsec.errors import nearest
+
+# Defences only, not scored detectors: told the truth, and never in alarm.
+BOUNDS = ("never", "oracle")
+
+
+def attacks() -> list[str]:
+    """Return the names of the attacks."""
+    from gpsec.attacks.registry import ATTACKS
+
+    return list(ATTACKS)
+
+
+def detectors() -> list[str]:
+    """Return the names of the detectors that are scored."""
+    from gpsec.detection.registry import DETECTORS
+
+    return [name for name in DETECTORS if name not in BOUNDS]
+
+
+def responses() -> list[str]:
+    """Return the names of the responses."""
+    from gpsec.localization.registry import RESPONSES
+
+    return list(RESPONSES)
+
+
+def profiles() -> list[str]:
+    """Return the names of the sensor profiles."""
+    from gpsec.sensors.registry import PROFILES
+
+    return list(PROFILES)
+
+
+def false_alarm_rates() -> list[str]:
+    """Return the rates that thresholds are calibrated to."""
+    from gpsec.detection.calibration import RATES
+
+    return list(RATES)
+
+
+def require(kind: str, name: str, known: Iterable[str]) -> str:
+    """Return `name`.
+
+    Raises:
+        ValueError: it is not among the `known` ones.
+
+    """
+    known = list(known)
+    if name not in known:
+        raise ValueError(f"unknown {kind} '{name}': {nearest(name, known)}")
+    return name

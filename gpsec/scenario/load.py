@@ -1,0 +1,83 @@
+"""Defaults < `gpsec.toml` < command line, validated."""
+
+import re
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from gpsec.attacks.plans import PlanConfig, plan_config
+from gpsec.errors import GpsecError
+from gpsec.scenario.defaults import default_list
+from gpsec.scenario.model import NAME, Scenario
+from gpsec.scenario.overrides import Override, apply
+from gpsec.scenario.paths import Found, expand, find, only_sumocfg
+from gpsec.scenario.sentences import dotted, origin, sentence, shown
+
+
+def load_scenario(argument: str | Path, overrides: Sequence[Override] = ()) -> Scenario:
+    """Return the scenario that `argument` (a folder, its `gpsec.toml` or a `.sumocfg`) stands for.
+
+    Args:
+        argument: as on the command line.
+        overrides: changes from the command line, in the order in which they are applied.
+
+    Raises:
+        GpsecError: a file is missing, or a key or value is not one that there is.
+
+    """
+    found = find(argument)
+    raw = _read(found.toml) if found.toml else {}
+    changes = [apply(raw, change, lambda key: default_list(key, raw)) for change in overrides]
+    file = str(found.toml or found.sumocfg or found.folder)
+    raw["sumocfg"] = _sumocfg(raw, found, file, changes)
+    raw.setdefault("name", _as_name(raw["sumocfg"], found))
+    if isinstance(raw.get("plans"), list):
+        raw["plans"] = [_plan(table, place, file, changes) for place, table in enumerate(raw["plans"])]
+    try:
+        return Scenario.model_validate(raw)
+    except ValidationError as error:
+        raise GpsecError(sentence(error, Scenario, file, changes)) from None
+
+
+def _read(toml: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(toml.read_text(encoding="utf-8"))
+    except UnicodeDecodeError:
+        raise GpsecError(f"{toml}: expected TOML in UTF-8, found other bytes") from None
+    except tomllib.TOMLDecodeError as error:
+        raise GpsecError(f"{toml}: not valid TOML: {error}") from None
+    except OSError as error:
+        raise GpsecError(f"{toml}: cannot be read: {error.strerror}") from None
+
+
+def _sumocfg(raw: dict[str, Any], found: Found, file: str, overrides: list[Override]) -> Path:
+    stated = raw.get("sumocfg")
+    if stated is None:
+        return (found.sumocfg or only_sumocfg(found.folder)).resolve()
+    where = f"{origin(('sumocfg',), file, overrides)}: sumocfg"
+    if not isinstance(stated, str):
+        raise GpsecError(f"{where}: expected a path, found {shown(stated)}")
+    path = expand(stated, found.folder)
+    if not path.is_file():
+        raise GpsecError(f"{where}: expected a .sumocfg, found no file {path}")
+    return path
+
+
+def _as_name(sumocfg: Path, found: Found) -> str:
+    cleaned = re.sub(r"[^A-Za-z0-9._-]+", "_", found.name).strip("._-")
+    return cleaned if NAME.fullmatch(cleaned) else sumocfg.stem
+
+
+def _plan(table: object, place: int, file: str, overrides: list[Override]) -> PlanConfig:
+    key = ("plans", place)
+    if not isinstance(table, dict):
+        raise GpsecError(f"{origin(key, file, overrides)}: {dotted(key)}: expected a table, found {shown(table)}")
+    try:
+        return plan_config(table, dotted(key))
+    except GpsecError as error:
+        # A flag that wrote another key of this plan is not to blame.
+        suspects = [change for change in overrides if len(change.key) < 3 or str(change.key[-1]) in str(error)]
+        raise GpsecError(f"{origin(key, file, suspects)}: {error}") from None

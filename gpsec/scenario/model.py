@@ -1,0 +1,113 @@
+"""One scenario, resolved: everything that a run depends on."""
+
+import re
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, field_serializer, field_validator, model_validator
+
+from gpsec.attacks.plans import PlanConfig
+from gpsec.scenario import choices
+from gpsec.scenario.defaults import default_list
+from gpsec.scenario.paths import expand, portable
+from gpsec.scenario.sections import (
+    Defence,
+    DetectionSection,
+    FleetSection,
+    LocalizationSection,
+    OutcomesSection,
+    Section,
+    TrafficSection,
+    Unset,
+)
+
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
+
+
+class Scenario(Section):
+    """What is run: traffic, fleet, attack plans, defences, and how results are summed up.
+
+    A run is a pure function of this object. `model_dump(mode="json")` gives plain JSON and `model_validate` takes it
+    back.
+
+    Attributes:
+        name: of the results; a folder name.
+        sumocfg: the SUMO configuration.
+        seed: of SUMO and of all noise.
+        duration_s: simulated time, unset runs to the end that the SUMO configuration states.
+        threads: for the security layer; results do not depend on it.
+        engine: `batched` kernels, or the `reference` implementation, one vehicle at a time.
+        log_steps: write steps.parquet.
+        fleet, traffic, detection, localization, outcomes: the sections of that name.
+        defences: D of them; the first is never+none, the undefended vehicle.
+        plans: attack plans; *no attack* comes before the first of them and is not listed.
+
+    """
+
+    name: str
+    sumocfg: Annotated[Path, Field(strict=False)]
+    seed: int = Field(1, ge=0, le=2**31 - 1)
+    duration_s: Annotated[float | None, Unset] = Field(None, gt=0.0)
+    threads: int = Field(1, ge=1, le=256)
+    engine: Literal["batched", "reference"] = "batched"
+    log_steps: bool = False
+    fleet: FleetSection = FleetSection()
+    traffic: TrafficSection = TrafficSection()
+    detection: DetectionSection = DetectionSection()
+    localization: LocalizationSection = LocalizationSection()
+    outcomes: OutcomesSection = OutcomesSection()
+    defences: tuple[Defence, ...] = Field(strict=False)
+    plans: tuple[PlanConfig, ...] = Field(strict=False)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _fill_lists(cls, raw: Any) -> Any:
+        if not isinstance(raw, dict):
+            return raw
+        return raw | {key: default_list(key, raw) for key in ("defences", "plans") if key not in raw}
+
+    @field_validator("sumocfg", mode="before")
+    @classmethod
+    def _expanded(cls, path: Any) -> Any:
+        return expand(path, Path.cwd()) if isinstance(path, str) else path
+
+    @field_validator("name")
+    @classmethod
+    def _usable_as_folder(cls, name: str) -> str:
+        if not NAME.fullmatch(name):
+            raise ValueError(f"expected letters, digits, '.', '_' and '-' only, found '{name}'")
+        return name
+
+    @field_validator("defences")
+    @classmethod
+    def _undefended_first(cls, defences: tuple[Defence, ...]) -> tuple[Defence, ...]:
+        names = [defence.name for defence in defences]
+        for position, name in enumerate(names):
+            if name in names[:position]:
+                raise ValueError(f"'{name}' is listed twice")
+        undefended = Defence(detector="never", response="none")
+        return (undefended, *(defence for defence in defences if defence != undefended))
+
+    @field_validator("plans")
+    @classmethod
+    def _distinct_names(cls, plans: tuple[PlanConfig, ...]) -> tuple[PlanConfig, ...]:
+        names = [plan.name for plan in plans]
+        for position, name in enumerate(names):
+            if name in names[:position]:
+                raise ValueError(f"two plans are called '{name}'; give one of them a `name`")
+        return plans
+
+    @model_validator(mode="after")
+    def _defences_have_their_detector(self) -> Self:
+        scored = self.detection.detectors
+        for defence in self.defences:
+            if defence.detector not in (*choices.BOUNDS, *scored):
+                raise ValueError(
+                    f"defences: '{defence.name}' needs a detector that detection.detectors does not list"
+                    f" (listed: {', '.join(scored) or 'none'})"
+                )
+        return self
+
+    @field_serializer("sumocfg")
+    def _portable_path(self, path: Path) -> str:
+        return portable(path)

@@ -1,0 +1,102 @@
+"""What the command line changes: `--set key=value` and the flags that stand for a key."""
+
+import tomllib
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from gpsec.errors import GpsecError, nearest
+
+Key = tuple[str | int, ...]
+
+
+@dataclass(frozen=True)
+class Override:
+    """One change.
+
+    Attributes:
+        key: path into the configuration; numbers are positions in lists.
+        value: the new value.
+        flag: how the user wrote it, for messages.
+
+    """
+
+    key: Key
+    value: Any
+    flag: str
+
+
+def parse_set(text: str) -> Override:
+    """Return the change that ``--set text`` asks for; the value is TOML, a bare word is a string.
+
+    Raises:
+        GpsecError: `text` is not ``key=value``.
+
+    """
+    flag = f"--set {text}"
+    dotted, equals, value = text.partition("=")
+    parts = [part.strip() for part in dotted.split(".")]
+    if not equals or not all(parts):
+        raise GpsecError(f"{flag}: expected key=value with a dotted key, such as fleet.profile=consumer")
+    return Override(tuple(int(part) if part.isdecimal() else part for part in parts), _value(value.strip(), flag), flag)
+
+
+def _value(text: str, flag: str) -> Any:
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        if not text or text[0] in "[{\"'":
+            raise GpsecError(f"{flag}: expected a TOML value after '=', found '{text}'") from None
+        return text
+
+
+def apply(raw: dict[str, Any], override: Override, default_list: Callable[[str], list[Any] | None]) -> Override:
+    """Write the change into `raw`; return it with positions in place of names.
+
+    `default_list` gives what a list is where `raw` does not have it yet. A list is indexed by position, or by the
+    `name` or `attack` of the table that is meant; the position after the last one appends.
+
+    Raises:
+        GpsecError: the key leads through something that is neither a table nor a list.
+
+    """
+    *path, last = override.key
+    if path and path[0] not in raw:
+        materialised = default_list(str(path[0]))
+        if materialised is not None:
+            raw[str(path[0])] = materialised
+    here: Any = raw
+    resolved: list[str | int] = []
+    for part in path:
+        found = _place(here, part, resolved, override)
+        resolved.append(found)
+        if isinstance(here, dict):
+            here = here.setdefault(found, {})
+        else:
+            if found == len(here):
+                here.append({})
+            here = here[found]
+    place = _place(here, last, resolved, override)
+    if isinstance(place, int):
+        here[place : place + 1] = [override.value]
+    else:
+        here[place] = override.value
+    return replace(override, key=(*resolved, place))
+
+
+def _place(here: Any, part: str | int, path: list[str | int], override: Override) -> str | int:
+    """Return the key or position in `here` that `part` means; `path` leads to `here`."""
+    if isinstance(here, dict):
+        return str(part)
+    where = ".".join(map(str, path))
+    if not isinstance(here, list):
+        raise GpsecError(f"{override.flag}: {where} is neither a table nor a list, found {here!r}")
+    if isinstance(part, int):
+        if part > len(here):
+            raise GpsecError(f"{override.flag}: expected a position from 0 to {len(here)} in {where}, found {part}")
+        return part
+    named = [item.get("name", item.get("attack")) if isinstance(item, dict) else None for item in here]
+    if part not in named:
+        known = nearest(part, [str(name) for name in named if name is not None])
+        raise GpsecError(f"{override.flag}: {where} has nothing called '{part}': {known}")
+    return named.index(part)

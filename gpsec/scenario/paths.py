@@ -1,0 +1,121 @@
+"""Where things are: the three forms of SCENARIO, and paths that can be moved to another machine."""
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+from gpsec.errors import GpsecError, nearest
+
+TOML_NAME = "gpsec.toml"
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a SCENARIO argument stands for.
+
+    Attributes:
+        toml: the gpsec.toml, None where there is none.
+        folder: that relative paths start from.
+        sumocfg: where it is known without reading the toml.
+        name: default name of the scenario.
+
+    """
+
+    toml: Path | None
+    folder: Path
+    sumocfg: Path | None
+    name: str
+
+
+def find(argument: str | Path) -> Found:
+    """Return what `argument` stands for: a folder, a `gpsec.toml` or any `.sumocfg`.
+
+    Raises:
+        GpsecError: it is none of these, or the folder does not say which configuration is meant.
+
+    """
+    path = Path(argument)
+    if not path.exists():
+        raise GpsecError(f"{argument}: no such file or folder{_meant(path)}")
+    if path.is_dir():
+        return _in_folder(path)
+    if path.suffix == ".sumocfg":
+        return Found(None, path.parent, path, path.stem)
+    if path.suffix == ".toml":
+        return Found(path, path.parent, None, _folder_name(path.parent))
+    found = path.suffix or path.name
+    raise GpsecError(f"{argument}: expected a scenario folder, its {TOML_NAME} or a .sumocfg, found a file '{found}'")
+
+
+def only_sumocfg(folder: Path) -> Path:
+    """Return the one `.sumocfg` in `folder`.
+
+    Raises:
+        GpsecError: there is none, or more than one.
+
+    """
+    found = sorted(folder.glob("*.sumocfg"))
+    if len(found) == 1:
+        return found[0]
+    if not found:
+        raise GpsecError(f"{folder}: expected one .sumocfg, found none; name it as `sumocfg` in {TOML_NAME}")
+    names = ", ".join(path.name for path in found)
+    raise GpsecError(f"{folder}: expected one .sumocfg, found {names}; name one as `sumocfg` in {TOML_NAME}")
+
+
+def scenarios_in(folder: Path) -> list[Path]:
+    """Return the scenario folders inside `folder`, by name."""
+    if not folder.is_dir():
+        return []
+    return sorted(
+        child
+        for child in folder.iterdir()
+        if child.is_dir() and ((child / TOML_NAME).is_file() or any(child.glob("*.sumocfg")))
+    )
+
+
+def sumo_home() -> Path:
+    """Return the folder of the SUMO that is installed with gpsec, unless SUMO_HOME names another."""
+    if "SUMO_HOME" in os.environ:
+        return Path(os.environ["SUMO_HOME"])
+    import sumo
+
+    return Path(sumo.SUMO_HOME)
+
+
+def expand(text: str, folder: Path) -> Path:
+    """Return the absolute path that `text` means: relative to `folder`, with `~` and a leading `$SUMO_HOME`."""
+    if text.startswith("$SUMO_HOME/"):
+        return (sumo_home() / text.removeprefix("$SUMO_HOME/")).resolve()
+    return (folder / Path(text).expanduser()).resolve()
+
+
+def portable(path: Path) -> str:
+    """Return `path` as it means the same on another machine: relative to SUMO, or to here, where it can be."""
+    for base, prefix in ((sumo_home().resolve(), "$SUMO_HOME/"), (Path.cwd(), "")):
+        if path.is_relative_to(base):
+            return prefix + path.relative_to(base).as_posix()
+    return path.as_posix()
+
+
+def _in_folder(folder: Path) -> Found:
+    toml = folder / TOML_NAME
+    if toml.is_file():
+        return Found(toml, folder, None, _folder_name(folder))
+    if not any(folder.glob("*.sumocfg")):
+        inside = [path.name for path in scenarios_in(folder)]
+        hint = f"; the folders {', '.join(inside)} in it are scenarios" if inside else ""
+        raise GpsecError(f"{folder}: expected a {TOML_NAME} or one .sumocfg, found neither{hint}")
+    return Found(None, folder, only_sumocfg(folder), _folder_name(folder))
+
+
+def _folder_name(folder: Path) -> str:
+    return folder.resolve().name
+
+
+def _meant(path: Path) -> str:
+    here = {str(found): found for found in [*scenarios_in(Path("scenarios")), *scenarios_in(path.parent)]}
+    for text, found in here.items():
+        if found.name == path.name:
+            return f"; did you mean '{text}'?"
+    return f": {nearest(str(path), here)}" if here else ""

@@ -1,0 +1,162 @@
+"""The sections of `gpsec.toml`: their keys, types, bounds and defaults."""
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator
+
+from gpsec.scenario import choices
+
+
+class Section(BaseModel):
+    """Base of every section: frozen, unknown keys are errors, nothing is converted silently."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+
+
+def _none_is_unset(value: Any) -> Any:
+    return None if value == "none" else value
+
+
+# TOML has no null, so that the bare word `none` takes back what a file has set.
+Unset = BeforeValidator(_none_is_unset)
+# Strict models take a tuple only; TOML and JSON give lists.
+Lax = Field(strict=False)
+
+
+def _profile_shares(value: Any) -> Any:
+    return {value: 1.0} if isinstance(value, str) else value
+
+
+class FleetSection(Section):
+    """Who takes part.
+
+    Attributes:
+        equipped_share: share of the vehicles that are automated, where their type does not say.
+        profile: sensor profile -> share of the fleet; a single name means all of it.
+        matching: map matching, to the nearest lane (the paper's) or to the lane that the camera follows.
+        settle_s: time on the road before a vehicle is scored or attacked.
+
+    """
+
+    equipped_share: float = Field(1.0, gt=0.0, le=1.0)
+    profile: Annotated[Mapping[str, float], BeforeValidator(_profile_shares)] = Field({"carla": 1.0})
+    matching: Literal["tracked", "nearest"] = "tracked"
+    settle_s: float = Field(10.0, ge=0.0, le=600.0)
+
+    @field_validator("profile")
+    @classmethod
+    def _known_and_whole(cls, shares: Mapping[str, float]) -> Mapping[str, float]:
+        for name, share in shares.items():
+            choices.require("profile", name, choices.profiles())
+            if share <= 0.0:
+                raise ValueError(f"expected a share above 0 for '{name}', found {share:g}")
+        total = sum(shares.values())
+        if abs(total - 1.0) > 1e-6:
+            raise ValueError(f"expected shares that add up to 1, found {total:g}")
+        return shares
+
+
+def _lateral_resolution(value: Any) -> Any:
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    if value != "own" and not (number and 0.0 <= value <= 5.0):
+        shown = f"'{value}'" if isinstance(value, str) else value
+        raise ValueError(f"expected metres from 0 (off) to 5, or 'own' for the scenario's own, found {shown}")
+    return value
+
+
+class TrafficSection(Section):
+    """How SUMO is run.
+
+    Attributes:
+        step_s: length of a step; unset takes 0.1 s, or the scenario's own where that is shorter.
+        lateral_resolution_m: width of SUMO's sublanes; 0 turns them off, "own" keeps the scenario's setting.
+
+    """
+
+    # The filters are not valid for longer steps.
+    step_s: Annotated[float | None, Unset] = Field(None, gt=0.0, le=0.2)
+    lateral_resolution_m: Annotated[float | Literal["own"], BeforeValidator(_lateral_resolution)] = 0.8
+
+
+class DetectionSection(Section):
+    """Who watches.
+
+    Attributes:
+        detectors: those that are scored, in the order of the tables.
+        false_alarm_rate: which of the calibrated thresholds to use, such as ``1e-3/sample``.
+
+    """
+
+    detectors: tuple[str, ...] = Field(("chi_square", "cusum", "isolation_forest", "lstm"), strict=False)
+    false_alarm_rate: str = "1e-3/sample"
+
+    @field_validator("detectors")
+    @classmethod
+    def _known_once(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+        for position, name in enumerate(names):
+            choices.require("detector", name, choices.detectors())
+            if name in names[:position]:
+                raise ValueError(f"'{name}' is listed twice")
+        return names
+
+    @field_validator("false_alarm_rate")
+    @classmethod
+    def _calibrated(cls, rate: str) -> str:
+        return choices.require("false-alarm rate", rate, choices.false_alarm_rates())
+
+
+class Defence(Section):
+    """A detector and what the vehicle does on its alarm.
+
+    Attributes:
+        detector: one of `detection.detectors`, or a bound: `oracle` (told the truth), `never` (no alarm).
+        response: what replaces GNSS while the alarm lasts.
+
+    """
+
+    detector: str
+    response: str
+
+    @property
+    def name(self) -> str:
+        """Name of the defence in tables: ``detector+response``."""
+        return f"{self.detector}+{self.response}"
+
+    @field_validator("detector")
+    @classmethod
+    def _known_detector(cls, name: str) -> str:
+        return choices.require("detector", name, [*choices.BOUNDS, *choices.detectors()])
+
+    @field_validator("response")
+    @classmethod
+    def _known_response(cls, name: str) -> str:
+        return choices.require("response", name, choices.responses())
+
+
+class LocalizationSection(Section):
+    """When the vehicle stops and starts to use GNSS again.
+
+    Attributes:
+        hold_s: GNSS stays isolated this long after the last alarm.
+        rejoin_s: fixes must agree with the estimate this long before they are used again.
+        outage_s: time without a fix after which the vehicle counts as without GNSS.
+
+    """
+
+    hold_s: float = Field(2.0, ge=0.0, le=600.0)
+    rejoin_s: float = Field(1.0, ge=0.0, le=600.0)
+    outage_s: float = Field(0.5, ge=0.0, le=600.0)
+
+
+class OutcomesSection(Section):
+    """How results are summed up.
+
+    Attributes:
+        bootstrap: resamples (of vehicles) behind every interval.
+        confidence: of the intervals.
+
+    """
+
+    bootstrap: int = Field(1000, ge=1, le=100_000)
+    confidence: float = Field(0.95, gt=0.0, lt=1.0)

@@ -1,0 +1,244 @@
+import json
+import re
+from pathlib import Path
+
+import pytest
+from pydantic import BaseModel, ValidationError
+
+from gpsec.attacks.plans import PlanConfig
+from gpsec.errors import GpsecError
+from gpsec.scenario import Scenario, load_scenario
+from gpsec.scenario.overrides import Override, parse_set
+from gpsec.scenario.paths import sumo_home
+from gpsec.scenario.sentences import _keys_at
+
+ROOT = Path(__file__).parent.parent
+BUNDLED = sorted((ROOT / "scenarios").glob("*/gpsec.toml"))
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    made = tmp_path / "ring"
+    made.mkdir()
+    (made / "traffic.sumocfg").write_text("<sumoConfiguration/>")
+    return made
+
+
+def load(folder: Path, toml: str = "", *sets: str) -> Scenario:
+    (folder / "gpsec.toml").write_text(toml)
+    return load_scenario(folder, [parse_set(text) for text in sets])
+
+
+def test_a_folder_its_toml_and_its_sumocfg_stand_for_the_same_traffic(folder: Path) -> None:
+    from_sumocfg = load_scenario(folder / "traffic.sumocfg")
+    from_bare_folder = load_scenario(folder)
+    from_folder = load(folder, "seed = 5")
+    from_toml = load_scenario(folder / "gpsec.toml")
+    assert from_folder == from_toml
+    everything = (from_sumocfg, from_bare_folder, from_folder, from_toml)
+    assert {found.sumocfg for found in everything} == {folder / "traffic.sumocfg"}
+    assert [found.name for found in everything] == ["traffic", "ring", "ring", "ring"]
+    # A .sumocfg alone does not read the file beside it.
+    assert [found.seed for found in (load_scenario(folder / "traffic.sumocfg"), from_toml)] == [1, 5]
+
+
+def test_sumocfg_is_relative_to_the_toml_and_may_start_at_sumo(folder: Path, tmp_path: Path) -> None:
+    (tmp_path / "other.sumocfg").write_text("<sumoConfiguration/>")
+    assert load(folder, 'sumocfg = "../other.sumocfg"').sumocfg == tmp_path / "other.sumocfg"
+    wheel = load(folder, 'sumocfg = "$SUMO_HOME/tools/game/A10KW.sumocfg"')
+    assert wheel.sumocfg == (sumo_home() / "tools/game/A10KW.sumocfg").resolve()
+    plain = wheel.model_dump(mode="json")
+    assert plain["sumocfg"] == "$SUMO_HOME/tools/game/A10KW.sumocfg"
+    assert Scenario.model_validate(plain) == wheel
+
+
+def test_a_name_that_no_folder_may_have_is_cleaned(tmp_path: Path) -> None:
+    made = tmp_path / "my town (2)"
+    made.mkdir()
+    (made / "a.sumocfg").write_text("<sumoConfiguration/>")
+    assert load_scenario(made).name == "my_town_2"
+
+
+def test_command_line_wins_over_file_wins_over_defaults(folder: Path) -> None:
+    toml = "seed = 5\nduration_s = 60.0\n[fleet]\nsettle_s = 3\nmatching = 'nearest'"
+    flag = Override(("seed",), 7, "--seed 7")
+    (folder / "gpsec.toml").write_text(toml)
+    scenario = load_scenario(folder, [parse_set("fleet.settle_s=4"), flag])
+    assert (scenario.seed, scenario.fleet.settle_s) == (7, 4.0)  # flag over file
+    assert (scenario.duration_s, scenario.fleet.matching) == (60.0, "nearest")  # file over default
+    assert (scenario.threads, scenario.fleet.equipped_share) == (1, 1.0)  # default
+
+
+def test_the_later_of_two_flags_wins(folder: Path) -> None:
+    assert load(folder, "", "seed=2", "seed=3").seed == 3
+
+
+def test_defaults_are_every_attack_and_the_six_defences(folder: Path) -> None:
+    scenario = load(folder)
+    assert [defence.name for defence in scenario.defences] == [
+        "never+none",
+        "oracle+ukf",
+        "chi_square+ukf",
+        "cusum+ukf",
+        "isolation_forest+ukf",
+        "lstm+ukf",
+    ]
+    assert {plan.attack for plan in scenario.plans} == {
+        *("constant_bias", "stealth", "two_stage", "drift", "noise", "replay", "jamming", "lane_alias")
+    }
+    assert {plan.share for plan in scenario.plans} == {0.5}
+    assert scenario.fleet.profile == {"carla": 1.0}
+
+
+def test_default_defences_follow_the_detectors(folder: Path) -> None:
+    scenario = load(folder, "[detection]\ndetectors = ['cusum']")
+    assert [defence.name for defence in scenario.defences] == ["never+none", "oracle+ukf", "cusum+ukf"]
+
+
+@pytest.mark.parametrize(
+    "toml",
+    [
+        "[[defences]]\ndetector = 'lstm'\nresponse = 'ukf'",
+        "[[defences]]\ndetector='lstm'\nresponse='ukf'\n[[defences]]\ndetector='never'\nresponse='none'",
+    ],
+)
+def test_the_undefended_vehicle_is_always_the_first_defence(folder: Path, toml: str) -> None:
+    assert [defence.name for defence in load(folder, toml).defences] == ["never+none", "lstm+ukf"]
+
+
+def test_set_takes_toml_values_and_bare_words(folder: Path) -> None:
+    scenario = load(
+        folder,
+        "",
+        "fleet.profile={dsd = 0.25, carla = 0.75}",
+        "fleet.matching=nearest",
+        "traffic.lateral_resolution_m=own",
+        "detection.detectors=['cusum', 'lstm']",
+        "detection.false_alarm_rate=1e-4/sample",
+        "log_steps=true",
+        "duration_s=12.5",
+    )
+    assert scenario.fleet.profile == {"dsd": 0.25, "carla": 0.75}
+    assert (scenario.fleet.matching, scenario.traffic.lateral_resolution_m) == ("nearest", "own")
+    assert scenario.detection.detectors == ("cusum", "lstm")
+    assert scenario.detection.false_alarm_rate == "1e-4/sample"
+    assert (scenario.log_steps, scenario.duration_s) == (True, 12.5)
+
+
+def test_none_takes_back_what_the_file_sets(folder: Path) -> None:
+    assert load(folder, "duration_s = 60", "duration_s=none").duration_s is None
+
+
+def test_set_reaches_into_lists_by_position_and_by_name(folder: Path) -> None:
+    toml = "[[plans]]\nattack = 'drift'\n[[plans]]\nattack = 'drift'\nname = 'fast'\nrate_mps = 0.4"
+    changes = ("plans.0.rate_mps=0.1", "plans.fast.share=0.25", "plans.2.attack=jamming", "defences.5.response=none")
+    scenario = load(folder, toml, *changes)
+    assert [(plan.name, plan.share) for plan in scenario.plans] == [("drift", 0.5), ("fast", 0.25), ("jamming", 0.5)]
+    assert [plan.parameters.get("rate_mps") for plan in scenario.plans] == [0.1, 0.4, None]
+    assert scenario.defences[5].name == "lstm+none"
+
+
+def test_set_changes_a_default_plan(folder: Path) -> None:
+    plans = {plan.name: plan for plan in load(folder, "", "plans.constant_bias.bias_m=3").plans}
+    assert plans["constant_bias"].parameters["bias_m"] == 3.0
+    assert len(plans) == 8
+
+
+def test_json_and_back(folder: Path) -> None:
+    toml = "[fleet]\nprofile = {dsd = 0.5, carla = 0.5}\n[[plans]]\nattack = 'drift'\nrate_mps = 0.4"
+    scenario = load(folder, toml)
+    plain = json.loads(json.dumps(scenario.model_dump(mode="json")))
+    assert Scenario.model_validate(plain) == scenario
+    assert plain["plans"][0]["parameters"]["rate_mps"] == 0.4
+
+
+def test_a_scenario_is_frozen(folder: Path) -> None:
+    scenario = load(folder)
+    with pytest.raises(ValidationError):
+        scenario.seed = 2  # type: ignore[misc]
+    with pytest.raises(ValidationError):
+        scenario.fleet.settle_s = 2.0  # type: ignore[misc]
+
+
+@pytest.mark.parametrize("toml", BUNDLED, ids=lambda path: path.parent.name)
+def test_bundled_scenarios_have_every_attack_and_the_defences(toml: Path) -> None:
+    scenario = load_scenario(toml.parent)
+    assert scenario.name == toml.parent.name
+    assert len({plan.attack for plan in scenario.plans}) == 8
+    names = [defence.name for defence in scenario.defences]
+    assert names[:2] == ["never+none", "oracle+ukf"]
+    assert {"chi_square+ukf", "cusum+ukf", "isolation_forest+ukf", "lstm+ukf", "lstm+dead_reckoning"} <= set(names)
+
+
+def test_there_are_seven_bundled_scenarios() -> None:
+    assert len(BUNDLED) == 7
+
+
+BAD_SETS = {
+    "seed": "expected key=value",
+    "=3": "expected key=value",
+    "fleet..profile=dsd": "expected key=value",
+    "fleet.profile=": "expected a TOML value",
+    "plans=[{attack=}]": "expected a TOML value",
+    "plans.9.share=1": "expected a position from 0 to 8 in plans, found 9",
+    "plans.drfit.share=1": "plans has nothing called 'drfit': did you mean 'drift'?",
+    "seed.deeper=1": "seed is neither a table nor a list",
+}
+
+
+@pytest.mark.parametrize(("text", "said"), BAD_SETS.items())
+def test_bad_set(folder: Path, text: str, said: str) -> None:
+    with pytest.raises(GpsecError, match=re.escape(said)) as caught:
+        load(folder, "seed = 1", text)
+    assert f"--set {text}" in str(caught.value)
+
+
+def test_an_error_names_the_flag_that_wrote_the_key_and_else_the_file(folder: Path) -> None:
+    with pytest.raises(GpsecError, match=re.escape("--set seed=-1: seed: expected at least 0, found -1")):
+        load(folder, "seed = 1", "seed=-1")
+    with pytest.raises(GpsecError, match=r"gpsec\.toml: seed: expected at least 0, found -1"):
+        load(folder, "seed = -1", "fleet.settle_s=1")
+    plan = "[[plans]]\nattack = 'drift'\nrate_mps = 9.0"
+    with pytest.raises(GpsecError, match=r"gpsec\.toml: plans\.0: rate_mps"):
+        load(folder, plan, "plans.0.share=0.1")
+    with pytest.raises(GpsecError, match=r"--set plans\.drift\.rate_mps=8: plans\.0: rate_mps"):
+        load(folder, plan, "plans.drift.rate_mps=8")
+
+
+def documented() -> dict[str, dict[str, str]]:
+    """Section -> key -> default as docs/scenario.md has it in its tables."""
+    sections: dict[str, dict[str, str]] = {}
+    here: dict[str, str] = {}
+    for line in (ROOT / "docs" / "scenario.md").read_text().splitlines():
+        if heading := re.match(r"## `\[+(\w*)\]+`", line):
+            here = sections.setdefault(heading[1], {})
+        elif line.startswith("## "):
+            here = sections.setdefault("" if line == "## Top of the file" else line, {})
+        elif row := re.match(r"\| `(\w+)` \| ([^|]*) \|", line):
+            here[row[1]] = row[2].strip().strip("`")
+    return sections
+
+
+def shown(model: type[BaseModel], key: str) -> str | None:
+    """The default of a key as TOML has it; None where it is not a plain value."""
+    default = model.model_fields[key].get_default()
+    return json.dumps(default) if isinstance(default, bool | int | float | str) else None
+
+
+@pytest.mark.parametrize(
+    "section", ["", "fleet", "traffic", "detection", "localization", "outcomes", "defences", "plans"]
+)
+def test_the_documentation_has_every_key_and_its_default(section: str) -> None:
+    sections = {"fleet", "traffic", "detection", "localization", "outcomes", "defences", "plans"}
+    model: type[BaseModel] = Scenario
+    if section == "plans":
+        model = PlanConfig
+    elif section:
+        part = Scenario.model_fields[section].annotation
+        model = part if isinstance(part, type) and issubclass(part, BaseModel) else part.__args__[0]  # type: ignore
+    rows = documented()[section]
+    assert set(rows) == set(_keys_at(model, ())) - (sections if not section else set())
+    for key, default in rows.items():
+        expected = shown(model, key)
+        if expected is not None and expected != '""':
+            assert json.loads(default) == json.loads(expected), key
