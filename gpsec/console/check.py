@@ -1,0 +1,31 @@
+"""`gpsec check`: everything that can be wrong before a run begins."""
+
+from collections.abc import Sequence
+
+from gpsec.scenario import load_scenario
+from gpsec.scenario.overrides import Override
+
+
+def check_scenario(argument: str, overrides: Sequence[Override]) -> str:
+    """Return a line on a scenario that can be run.
+
+    Its configuration is read, its net compiled, its detectors' models loaded, and SUMO loads all of it, with the
+    zones that are drawn in it, without taking a step.
+
+    Raises:
+        GpsecError: something of it is wrong.
+
+    """
+    scenario = load_scenario(argument, overrides)
+    # Late: a wrong key is said before SUMO and the models are loaded.
+    from gpsec.pipeline.build import lay_ground, make_plans, make_watchers
+    from gpsec.traffic.session import SumoSession
+
+    ground = lay_ground(scenario)
+    make_watchers(scenario, ground)
+    with SumoSession(ground.options, ground.hd_map.lane_index, ground.choice.equipped) as session:
+        plans = make_plans(scenario, session)
+    return (
+        f"{scenario.name}: ok ({len(ground.hd_map.lane_ids)} lanes, {1 + len(plans)} plans with none, "
+        f"{len(scenario.defences)} defences, profiles {', '.join(ground.choice.profiles)})"
+    )

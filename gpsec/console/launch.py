@@ -1,0 +1,149 @@
+"""`gpsec run`: from scenario arguments to published folders and tables on the terminal."""
+
+import json
+import os
+import signal
+import sys
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from rich.console import Console
+
+from gpsec.console.bars import display
+from gpsec.console.folders import MANIFEST, check_output, publish, workshop
+from gpsec.errors import GpsecError
+from gpsec.run import Failure, Outcome, Run, run_scenarios
+from gpsec.scenario import Scenario, load_scenario
+from gpsec.scenario.overrides import Override
+
+FAULT, USER_ERROR, INTERRUPTED = 1, 2, 130
+
+
+def launch(
+    arguments: Sequence[str],
+    overrides: Sequence[Override],
+    out: Path | None,
+    overwrite: bool,
+    jobs: int | None,
+    run: Run | None = None,
+) -> int:
+    """Run the scenarios and return the exit status.
+
+    With `out` all of them end up in that folder, otherwise each in ``results/<name>``. What has finished is kept
+    when another one fails or the user interrupts.
+
+    Raises:
+        GpsecError: a scenario or a folder is not as it should be; nothing has been run then.
+
+    """
+    scenarios = [load_scenario(argument, overrides) for argument in arguments]
+    _check_names(scenarios, arguments)
+    groups = (
+        {out.resolve(): scenarios}
+        if out is not None
+        else {(Path("results") / scenario.name).resolve(): [scenario] for scenario in scenarios}
+    )
+    for folder in groups:
+        check_output(folder, overwrite)
+    messages = Console(stderr=True)
+    with workshop(next(iter(groups))) as work:
+        with display(messages, [scenario.name for scenario in scenarios]) as show:
+            outcome = run_scenarios(scenarios, work, jobs or _cores(), show, run)
+        with _finish_what_is_begun():
+            for number, (folder, members) in enumerate(groups.items()):
+                _publish(folder, members, outcome, work, work / f"merged-{number}", overwrite)
+    for failure in outcome.failures:
+        _say(failure, messages)
+    for folder, members in groups.items():
+        if _finished(members, outcome):
+            _show(folder)
+    return _status(outcome, groups, messages)
+
+
+def _check_names(scenarios: Sequence[Scenario], arguments: Sequence[str]) -> None:
+    seen: dict[str, str] = {}
+    for scenario, argument in zip(scenarios, arguments, strict=True):
+        if scenario.name in seen:
+            raise GpsecError(
+                f"{argument}: scenario '{scenario.name}' has the name of {seen[scenario.name]}; "
+                "give one of them another `name`, or run them one after the other"
+            )
+        seen[scenario.name] = argument
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _finished(members: Sequence[Scenario], outcome: Outcome) -> list[str]:
+    return [scenario.name for scenario in members if scenario.name in outcome.finished]
+
+
+def _publish(
+    folder: Path, members: Sequence[Scenario], outcome: Outcome, work: Path, merged: Path, overwrite: bool
+) -> None:
+    """Join what has finished of `members` and let it become `folder`."""
+    finished = _finished(members, outcome)
+    if not finished:
+        return
+    from gpsec.outcomes.tables import merge
+
+    merged.mkdir()
+    merge([work / name for name in finished], merged)
+    missing = [scenario.name for scenario in members if scenario.name not in finished]
+    if missing:
+        _note_missing(merged / MANIFEST, missing, outcome)
+    publish(merged, folder, merged.with_name(f"{merged.name}-former"), overwrite)
+
+
+def _note_missing(manifest: Path, missing: Sequence[str], outcome: Outcome) -> None:
+    """Say in the manifest which scenarios of the invocation are not in the tables, and why."""
+    reasons = {failure.scenario: failure.sentence for failure in outcome.failures}
+    content = json.loads(manifest.read_text(encoding="utf-8"))
+    content["unfinished"] = [{"scenario": name, "reason": reasons.get(name, "interrupted")} for name in missing]
+    manifest.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+
+
+@contextmanager
+def _finish_what_is_begun() -> Iterator[None]:
+    """Ignore Ctrl-C for the moment that it takes to put finished scenarios into place."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = {number: signal.signal(number, signal.SIG_IGN) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _say(failure: Failure, messages: Console) -> None:
+    if failure.details:
+        messages.print(failure.details.rstrip(), markup=False, highlight=False, soft_wrap=True)
+    line = " ".join(f"gpsec: error: scenario '{failure.scenario}': {failure.sentence}".split())
+    messages.print(line, markup=False, highlight=False, soft_wrap=True)
+
+
+def _show(folder: Path) -> None:
+    from gpsec.outcomes.summary import print_summary
+
+    # The tables are laid out for this width, also in a file or a pipe.
+    print_summary(folder, Console() if sys.stdout.isatty() else Console(width=120))
+
+
+def _status(outcome: Outcome, groups: Mapping[Path, Sequence[Scenario]], messages: Console) -> int:
+    """Say what has been kept of a run that is not complete, and return the exit status."""
+    if outcome.interrupted or outcome.failures:
+        kept = [str(folder) for folder, members in groups.items() if _finished(members, outcome)]
+        what = "interrupted" if outcome.interrupted else "not all scenarios finished"
+        names = ", ".join(outcome.finished)
+        line = f"{names} kept in {', '.join(kept)}" if kept else "nothing has been written"
+        messages.print(f"gpsec: {what}; {line}", markup=False, highlight=False, soft_wrap=True)
+    if outcome.interrupted:
+        return INTERRUPTED
+    if any(failure.details for failure in outcome.failures):
+        return FAULT
+    return USER_ERROR if outcome.failures else 0

@@ -1,0 +1,65 @@
+"""The answers of `gpsec list`: a line a part, its name first."""
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from gpsec.errors import GpsecError, nearest
+
+KINDS = ("attacks", "detectors", "responses", "profiles", "scenarios")
+
+
+def lines(kind: str, folder: Path) -> list[str]:
+    """Return a line for every part of one of `KINDS`; scenarios are those inside `folder`.
+
+    Raises:
+        GpsecError: there is no such kind, or no scenario.
+
+    """
+    if kind == "scenarios":
+        return _columns(_scenarios(folder))
+    if kind not in KINDS:
+        raise GpsecError(f"KIND: unknown '{kind}': {nearest(kind, KINDS)}")
+    parts: Mapping[str, Any]
+    if kind == "attacks":
+        from gpsec.attacks.registry import ATTACKS
+
+        return _columns((name, f"{_first_line(part)} ({_parameters(part)})") for name, part in ATTACKS.items())
+    if kind == "detectors":
+        from gpsec.detection.registry import DETECTORS
+
+        parts = DETECTORS
+    elif kind == "responses":
+        from gpsec.localization.registry import RESPONSES
+
+        parts = RESPONSES
+    else:
+        from gpsec.sensors.registry import PROFILES
+
+        parts = PROFILES
+    return _columns((name, _first_line(part)) for name, part in parts.items())
+
+
+def _scenarios(folder: Path) -> Iterable[tuple[str, str]]:
+    from gpsec.scenario.paths import scenarios_in
+
+    found = scenarios_in(folder)
+    if not found:
+        raise GpsecError(f"{folder}: expected folders with a gpsec.toml or a .sumocfg, found none; name another --dir")
+    return [(path.name, str(path)) for path in found]
+
+
+def _parameters(attack: Any) -> str:
+    fields = attack.model_fields.items()
+    return ", ".join(f"{name} = {field.default!r}" for name, field in fields) or "no parameters"
+
+
+def _first_line(part: Any) -> str:
+    said = getattr(part, "title", None) or part.__doc__ or ""
+    return str(said).strip().partition("\n")[0]
+
+
+def _columns(rows: Iterable[tuple[str, str]]) -> list[str]:
+    listed = list(rows)
+    width = max((len(name) for name, _ in listed), default=0)
+    return [f"{name:<{width}}  {text}".rstrip() for name, text in listed]

@@ -1,0 +1,235 @@
+"""Runs scenarios, each in a process of its own: libsumo allows one simulation per process."""
+
+import os
+import signal
+import sys
+import tempfile
+import time
+import traceback
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from multiprocessing import get_context, resource_tracker
+from multiprocessing.connection import Connection, wait
+from multiprocessing.process import BaseProcess
+from pathlib import Path
+
+from gpsec.errors import GpsecError
+from gpsec.progress import Progress
+from gpsec.scenario import Scenario
+
+__all__ = ["Failure", "Outcome", "Progress", "run_scenarios"]
+
+Report = Callable[[Progress], None]
+# Writes the files of one scenario into a folder that exists.
+Run = Callable[[Scenario, Path, Report], None]
+
+# Every scenario has a process; more threads in libraries would only fight over the cores.
+_ONE_THREAD = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMEXPR_NUM_THREADS")
+_REPORT_EVERY_S = 0.1
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A scenario that did not finish.
+
+    Attributes:
+        scenario: its name.
+        sentence: what went wrong.
+        details: traceback or last output where it is a fault of gpsec, empty where the user can mend it.
+
+    """
+
+    scenario: str
+    sentence: str
+    details: str = ""
+
+
+@dataclass
+class Outcome:
+    """What became of the scenarios.
+
+    Attributes:
+        finished: names, in the order in which they were given.
+        failures: those that failed.
+        interrupted: the user stopped the run.
+
+    """
+
+    finished: list[str] = field(default_factory=list)
+    failures: list[Failure] = field(default_factory=list)
+    interrupted: bool = False
+
+
+def run_scenarios(
+    scenarios: Sequence[Scenario], work: Path, jobs: int, report: Report, run: Run | None = None
+) -> Outcome:
+    """Run every scenario into ``work/<name>``, at most `jobs` at a time.
+
+    One that fails does not stop the others. An interrupt (KeyboardInterrupt) stops those that run and keeps those
+    that have finished.
+
+    Args:
+        scenarios: with names that differ.
+        work: an existing folder for files in the making.
+        jobs: number of processes.
+        report: called in this process with what the scenarios tell.
+        run: what to call in the process; the pipeline, where not given.
+
+    """
+    outcome = Outcome()
+    waiting = list(scenarios)
+    running: dict[Connection, _Worker] = {}
+    done: set[str] = set()
+    try:
+        while waiting or running:
+            while waiting and len(running) < jobs:
+                worker = _start(waiting.pop(0), work, run or _pipeline)
+                running[worker.connection] = worker
+            for connection in wait(list(running)):
+                worker = running[connection]  # type: ignore[index]
+                if not worker.listen(report):
+                    del running[worker.connection]
+                    if worker.failure is None:
+                        done.add(worker.scenario.name)
+                    else:
+                        outcome.failures.append(worker.failure)
+    except KeyboardInterrupt:
+        outcome.interrupted = True
+    finally:
+        for worker in running.values():
+            worker.stop()
+    outcome.finished = [scenario.name for scenario in scenarios if scenario.name in done]
+    return outcome
+
+
+@dataclass
+class _Worker:
+    """A process and what it has said."""
+
+    scenario: Scenario
+    process: BaseProcess
+    connection: Connection
+    log: Path
+    failure: Failure | None = None
+    finished: bool = False
+
+    def listen(self, report: Report) -> bool:
+        """Take one message; return False once the process has ended."""
+        try:
+            message = self.connection.recv()
+        except (EOFError, OSError):
+            self._end()
+            return False
+        if isinstance(message, Progress):
+            report(message)
+        elif isinstance(message, Failure):
+            self.failure = message
+        else:
+            self.finished = True
+        return True
+
+    def stop(self) -> None:
+        """End the process now; it is deaf to anything gentler, and its files are thrown away."""
+        self.process.kill()
+        self.process.join()
+
+    def _end(self) -> None:
+        self.process.join()
+        if not self.finished and self.failure is None:
+            code = self.process.exitcode or 0
+            cause = signal.Signals(-code).name if code < 0 else f"exit status {code}"
+            tail = self.log.read_text(errors="replace")[-4000:] if self.log.is_file() else ""
+            self.failure = Failure(self.scenario.name, f"its process ended early ({cause})", tail or cause)
+
+
+def _start(scenario: Scenario, work: Path, run: Run) -> _Worker:
+    context = get_context("spawn")
+    ours, theirs = context.Pipe(duplex=False)
+    log = work / f"{scenario.name}.log"
+    process = context.Process(
+        target=_work, args=(run, scenario, work / scenario.name, log, theirs), name=scenario.name, daemon=True
+    )
+    with _deaf_to_interrupts(), _one_thread():
+        process.start()
+    theirs.close()
+    return _Worker(scenario, process, ours, log)
+
+
+def _work(run: Run, scenario: Scenario, folder: Path, log: Path, connection: Connection) -> None:
+    """Be the process of one scenario."""
+    _redirect_output(log)
+    scratch = folder.with_name(f"{folder.name}.tmp")
+    folder.mkdir()
+    scratch.mkdir()
+    # What a killed process leaves behind goes away with the folder of the run.
+    tempfile.tempdir = str(scratch)
+    tell = _Teller(connection)
+    try:
+        run(scenario, folder, tell)
+    except GpsecError as error:
+        connection.send(Failure(scenario.name, str(error)))
+    except BrokenPipeError:
+        sys.exit(1)  # the parent is gone
+    except Exception as error:
+        connection.send(
+            Failure(scenario.name, f"fault in gpsec ({type(error).__name__}: {error})", traceback.format_exc())
+        )
+    else:
+        connection.send(True)
+
+
+class _Teller:
+    """Sends progress to the parent, not more often than a reader can see."""
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+        self._last_s = -1.0
+        self._stage = ""
+
+    def __call__(self, progress: Progress) -> None:
+        now_s = time.monotonic()
+        if progress.note or progress.stage != self._stage or now_s - self._last_s >= _REPORT_EVERY_S:
+            self._connection.send(progress)
+            self._last_s, self._stage = now_s, progress.stage
+
+
+def _pipeline(scenario: Scenario, folder: Path, report: Report) -> None:
+    from gpsec.pipeline import run_scenario
+
+    run_scenario(scenario, folder, report)
+
+
+def _redirect_output(log: Path) -> None:
+    """Send what SUMO prints to a file: on the terminal it would tear the progress bars."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    target = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
+    for descriptor in (1, 2):
+        os.dup2(target, descriptor)
+    os.close(target)
+
+
+@contextmanager
+def _deaf_to_interrupts() -> Iterator[None]:
+    """Let a process that is started inherit blocked signals, which are for the parent; ours come when it is over."""
+    resource_tracker.ensure_running()  # it would unblock them if it had to be started later
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    before = {name: os.environ.get(name) for name in _ONE_THREAD}
+    os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
