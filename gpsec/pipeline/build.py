@@ -9,6 +9,7 @@ from gpsec.attacks.schedule import Plan, build_plans
 from gpsec.attacks.zones import plans_from_zones, zone_keys
 from gpsec.detection.bounds import Never, Oracle
 from gpsec.detection.models import Models
+from gpsec.engine import Watchers
 from gpsec.hdmap.map import HDMap, load_map
 from gpsec.hdmap.matching import NEAREST, TRACKED
 from gpsec.localization.noise_table import noise_table
@@ -17,7 +18,6 @@ from gpsec.localization.responses import World
 from gpsec.localization.switch import Localization, SwitchSettings
 from gpsec.pipeline.filter_noise import filter_noise
 from gpsec.pipeline.fleet_choice import FleetChoice, run_profiles
-from gpsec.pipeline.method import Watchers
 from gpsec.scenario import Scenario
 from gpsec.sensors.profiles import residual_sigma_m
 from gpsec.sensors.registry import PROFILES

@@ -10,11 +10,10 @@ from gpsec.arrays import Ints
 from gpsec.attacks.base import Victims
 from gpsec.attacks.history import FixHistory
 from gpsec.attacks.schedule import Clock, Plan, Schedule, needed_memory_s
+from gpsec.engine import Method, Stopwatch
 from gpsec.fleet import Measurements, Rows, Slots, Tracks, Vehicles
 from gpsec.hdmap.map import HDMap
 from gpsec.hdmap.matching import locate
-from gpsec.pipeline.method import Method
-from gpsec.pipeline.stopwatch import Stopwatch
 from gpsec.sensors.sense import Sensors
 from gpsec.threads import Threads
 from gpsec.traffic.body import advance, axle_distance

@@ -15,7 +15,20 @@ from gpsec.pipeline.build import Ground
 from gpsec.scenario import Scenario
 from gpsec.traffic.source import Frame
 
-_PACKAGES = "libsumo sumolib numpy numba torch filterpy scikit-learn shapely pandas pyproj pydantic pyarrow".split()
+_PACKAGES = [
+    "libsumo",
+    "sumolib",
+    "numpy",
+    "numba",
+    "torch",
+    "filterpy",
+    "scikit-learn",
+    "shapely",
+    "pandas",
+    "pyproj",
+    "pydantic",
+    "pyarrow",
+]
 
 
 @dataclass

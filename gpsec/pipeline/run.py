@@ -10,16 +10,16 @@ from threadpoolctl import threadpool_limits
 
 from gpsec.arrays import Ints
 from gpsec.attacks.plans import NO_ATTACK
+from gpsec.engine import Method, Stopwatch, Watchers
 from gpsec.errors import GpsecError
 from gpsec.outcomes.events import Journey
 from gpsec.outcomes.recorder import Outcomes
 from gpsec.outcomes.steps import StepLog
 from gpsec.outcomes.view import StepView
+from gpsec.pipeline.batched import BatchedMethod
 from gpsec.pipeline.build import Ground, lay_ground, make_localization, make_plans, make_watchers
 from gpsec.pipeline.convoy import Convoy
 from gpsec.pipeline.manifest import Counts, write_manifest
-from gpsec.pipeline.method import BatchedMethod, Method, Watchers
-from gpsec.pipeline.stopwatch import Stopwatch
 from gpsec.progress import Progress
 from gpsec.scenario import Scenario
 from gpsec.threads import Threads
@@ -201,4 +201,4 @@ def _method(scenario: Scenario, ground: Ground, watchers: Watchers) -> Method:
         from gpsec.reference.method import ReferenceMethod
 
         return ReferenceMethod(ground.hd_map, ground.world, watchers, localization)
-    return BatchedMethod(ground.hd_map, ground.world, watchers, localization)
+    return BatchedMethod(ground.world, watchers, localization)

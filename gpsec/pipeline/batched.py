@@ -1,104 +1,22 @@
-"""The method under test: what a vehicle computes from its sensors. Two engines implement it."""
+"""The batched engine: residual, detectors and filters of all tracks at once."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Protocol, Self
 
-import numpy as np
-
-from gpsec.arrays import Flags, Floats, Ints
-from gpsec.detection.base import Detector, LabelledDetector, Observation
+from gpsec.arrays import Ints
+from gpsec.detection.base import LabelledDetector, Observation
+from gpsec.engine import Answers, Stopwatch, Watchers
 from gpsec.fleet import Measurements, Rows, Tracks, Vehicles
-from gpsec.hdmap.map import HDMap
 from gpsec.hdmap.matching import lateral_residual
 from gpsec.localization.responses import World
 from gpsec.localization.state import FilterState
 from gpsec.localization.switch import Localization
-from gpsec.pipeline.stopwatch import Stopwatch
 from gpsec.threads import Threads
-
-
-@dataclass
-class Answers(Rows):
-    """What K detectors and D defences say of M tracks after a step.
-
-    Attributes:
-        statistic, scored, alarm: (M, K) of the detectors.
-        estimate_m: (M, D, 2) of the rear axle in the net's frame.
-        isolated: (M, D) GNSS is not used.
-
-    """
-
-    statistic: Floats
-    scored: Flags
-    alarm: Flags
-    estimate_m: Floats
-    isolated: Flags
-
-    @classmethod
-    def empty(cls, capacity: int, detectors: int, defences: int) -> Self:
-        """Return `capacity` rows without an answer."""
-        return cls(
-            statistic=np.zeros((capacity, detectors)),
-            scored=np.zeros((capacity, detectors), np.bool_),
-            alarm=np.zeros((capacity, detectors), np.bool_),
-            estimate_m=np.zeros((capacity, defences, 2)),
-            isolated=np.zeros((capacity, defences), np.bool_),
-        )
-
-
-class Method(Protocol):
-    """Residual, detectors and filters of every track.
-
-    Attributes:
-        answers: what was found in the last step.
-
-    """
-
-    answers: Answers
-
-    def grow(self, capacity: int) -> None:
-        """Make room for `capacity` track rows."""
-        ...
-
-    def reset(self, rows: Ints) -> None:
-        """Begin anew in `rows`."""
-        ...
-
-    def copy(self, source: Ints, target: Ints) -> None:
-        """Let the tracks `target` go on from where the tracks `source` are."""
-        ...
-
-    def step(
-        self, rows: Ints, tracks: Tracks, vehicles: Vehicles, seen: Measurements, threads: Threads, watch: Stopwatch
-    ) -> None:
-        """Take one step of the track rows `rows`; sets residuals in `tracks` and `answers`."""
-        ...
-
-
-@dataclass(frozen=True)
-class Watchers:
-    """The detectors of a run.
-
-    Attributes:
-        names: of the K detectors.
-        detectors: themselves.
-        thresholds: (profiles, K).
-        scale_m: (profiles,) standard deviation of the residual that each profile promises.
-
-    """
-
-    names: tuple[str, ...]
-    detectors: tuple[Detector | LabelledDetector, ...]
-    thresholds: Floats
-    scale_m: Floats
 
 
 class BatchedMethod:
     """The kernels: all tracks at once."""
 
-    def __init__(self, hd_map: HDMap, world: World, watchers: Watchers, localization: Localization) -> None:
-        self._map = hd_map
+    def __init__(self, world: World, watchers: Watchers, localization: Localization) -> None:
         self._world = world
         self._watchers = watchers
         self._localization = localization

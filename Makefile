@@ -1,0 +1,43 @@
+# Everything here sets itself up: Python 3.11 or later with venv, and make, are all that a machine needs.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+SCENARIOS := scenarios/town scenarios/highway scenarios/sharp_turns scenarios/slow_curve
+
+.PHONY: help setup fleet-eval train nets test lint check clean
+
+help: ## list the targets
+	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
+
+setup: $(READY) ## make the virtual environment
+
+$(READY): pyproject.toml
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/pip install --quiet --disable-pip-version-check --upgrade pip
+	$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	touch $(READY)
+
+fleet-eval: $(READY) ## run the four evaluation scenarios into results/fleet-eval
+	$(BIN)/gpsec run $(SCENARIOS) --out results/fleet-eval --overwrite
+
+train: $(READY) ## train and calibrate the detectors into gpsec/models
+	$(BIN)/gpsec train
+
+nets: $(READY) ## rebuild the road networks in sumo_nets
+	$(BIN)/python -m sumo_nets.build
+
+test: $(READY) ## run the tests
+	$(BIN)/pytest -n auto --dist loadfile
+
+lint: $(READY) ## look at the code without running it
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+check: lint test ## all that must pass before a change lands
+
+clean: ## remove the environment and what tools left behind
+	rm -rf $(VENV) build dist *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
