@@ -20,6 +20,7 @@ class Bootstrap:
         seed: of the run.
         replicates: number of resampled fleets, B.
         confidence: of the two-sided percentile interval.
+
     """
 
     seed: int

@@ -21,6 +21,7 @@ class Journey:
         profile: index of its sensor profile.
         depart_s: simulated time at which it entered the fleet.
         arrive_s: simulated time at which it left, None where the run ended before.
+
     """
 
     vehicle_id: str
@@ -42,6 +43,7 @@ class ClosedTracks:
         arrived: (T,) the vehicle left before the run ended.
         start_step, end_step: (T,) of the attack, as in `Tracks`.
         state: the sums; T rows.
+
     """
 
     vehicle_id: NDArray[np.str_]

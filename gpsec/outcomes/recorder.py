@@ -26,6 +26,7 @@ class Outcomes:
         study: names of plans, detectors, defences, profiles.
         state: running sums of the tracks on the road; the pipeline grows, copies and resets its rows with theirs.
         histogram: (P, profiles, K, 2, BINS) counts of statistics, of samples not attacked and attacked.
+
     """
 
     def __init__(
@@ -56,7 +57,7 @@ class Outcomes:
     def observe(self, view: StepView, threads: Threads) -> None:
         """Add one step of the tracks `view.rows`."""
         state, tracks, vehicles = self.state, view.tracks, view.vehicles
-        self._origin_s = view.time_s - view.step * view.step_s
+        self._origin_s = round(view.time_s - view.step * view.step_s, 6)
         threads.run(
             add_alarms,
             view.rows,

@@ -43,6 +43,7 @@ class OutcomeState(Rows):
         deviation_m: (M, D) absolute cross-track error in the step of detection by the defence's detector.
         isolated_steps: (M, D) number of steps under attack in which GNSS was not used.
         retrust_step: (M, D) first step after the attack in which GNSS is used, -1 before.
+
     """
 
     in_event: Flags

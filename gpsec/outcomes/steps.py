@@ -26,6 +26,7 @@ class StepLog:
 
     Attributes:
         path: of the file.
+
     """
 
     def __init__(
@@ -61,12 +62,12 @@ class StepLog:
             self._stack.__exit__(kind, error, trace)
 
     def observe(self, view: StepView, vehicle_ids: Sequence[str]) -> None:
-        """Log the tracks `view.rows`; `vehicle_ids` holds the id of every vehicle row."""
+        """Log the tracks `view.rows`; `vehicle_ids` holds the ids of their vehicles, one a track."""
         rows, tracks, vehicles = view.rows, view.tracks, view.vehicles
         v = tracks.vehicle[rows]
         step: dict[str, Any] = {
             "time_s": np.full(len(rows), view.time_s),
-            "vehicle_id": np.array([vehicle_ids[vehicle] for vehicle in v], object),
+            "vehicle_id": np.array(vehicle_ids, object),
             "plan": self._plans[tracks.plan[rows]],
             "rear": vehicles.rear_m[v],
             "yaw_rad": vehicles.yaw_rad[v],

@@ -19,6 +19,7 @@ class Study:
         profiles: names of the sensor profiles.
         thresholds: (profiles, K) of the detectors.
         step_s: length of a step.
+
     """
 
     plans: tuple[str, ...]

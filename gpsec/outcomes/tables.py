@@ -20,7 +20,7 @@ from gpsec.outcomes.study import Study
 TABLES = ("detection", "localization", "safety", "events", "vehicles")
 MANIFEST = "manifest.json"
 STEPS = "steps.parquet"
-# 4.5 digits left of the decimal point and as many after: 0.1 mm, 0.1 ms; and a float written once reads as one.
+# A day in steps of 0.1 s takes six digits, a position within a net seven to the centimetre.
 FLOAT_FORMAT = "%.9g"
 
 
@@ -76,6 +76,7 @@ def merge(folders: list[Path], out: Path) -> None:
 
     Raises:
         GpsecError: a folder lacks a file, or its columns are not those of the others.
+
     """
     folders = sorted(folders, key=lambda folder: folder.name)
     for name in TABLES:

@@ -17,6 +17,7 @@ class StepView:
         statistic, scored, alarm: (M, K) of the detectors.
         estimate_m: (M, D, 2) estimated rear axle in the net's frame, under each defence.
         isolated: (M, D) the defence is not using GNSS.
+
     """
 
     step: int

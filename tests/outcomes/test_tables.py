@@ -1,0 +1,264 @@
+import json
+from math import sqrt
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from gpsec.errors import GpsecError
+from gpsec.outcomes.tables import TABLES, merge, read_table, whole
+
+from .scene import Scene
+from .story import tell
+
+
+@pytest.fixture(scope="module")
+def tables(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("story")
+    tell().outcomes.write(folder, "lane", 7, replicates=200)
+    return {name: read_table(folder, name) for name in TABLES}
+
+
+def one(table, **where):
+    for column, value in where.items():
+        table = table[table[column] == value]
+    assert len(table) == 1
+    return table.iloc[0]
+
+
+def test_detection(tables):
+    row = one(tables["detection"], profile="dsd", attack="constant_bias", detector="cusum")
+    # a: TP 3 (5, 6, 7), FN 1 (4), FP 2 (2, 8), TN 4; b: FN 6, TN 4.
+    assert row["n_events"] == 2
+    assert row["precision"] == pytest.approx(3 / 5)
+    assert row["recall"] == pytest.approx(3 / 10)
+    assert row["f1"] == pytest.approx(2 * 0.6 * 0.3 / 0.9)
+    assert row["false_positive_rate"] == pytest.approx(2 / 10)
+    assert [row["delay_mean_s"], row["delay_median_s"], row["delay_p95_s"]] == pytest.approx([0.1] * 3)
+    assert row["detected_share"] == 0.5
+    # One false alarm in 2 vehicles · 1 s.
+    assert row["false_alarms_per_vehicle_hour"] == pytest.approx(1800.0)
+    assert row["vehicle_hours"] == pytest.approx(2 / 3600)
+    # Statistic 2 in alarm, else 1. Positives: 3 and 7. Negatives after the attack 1 and 1, and 8 before it like the
+    # benign ones (1 of 20 in alarm): 1.4 and 8.6.
+    assert row["roc_auc"] == pytest.approx((3 * (8.6 + 0.7) + 7 * 4.3) / 100)
+    assert row["pr_auc"] == pytest.approx(0.3 * 3 / 4.4 + 0.7 * 10 / 20)
+    assert row["threshold"] == 1.0
+    # Resampled fleets hold a twice, a and b, or b twice; with b alone there is neither precision nor delay.
+    assert (row["recall_lo"], row["recall_hi"]) == (0.0, 0.75)
+    assert (row["precision_lo"], row["precision_hi"]) == (0.6, 0.6)
+    assert (row["delay_mean_s_lo"], row["delay_mean_s_hi"]) == pytest.approx((0.1, 0.1))
+
+
+def test_detection_without_an_attack(tables):
+    row = one(tables["detection"], profile="dsd", attack="none", detector="cusum")
+    assert row["n_events"] == 0
+    assert row["false_positive_rate"] == pytest.approx(1 / 20)
+    assert row["false_alarms_per_vehicle_hour"] == pytest.approx(1800.0)
+    empty = ["precision", "recall", "f1", "delay_mean_s", "delay_p95_s", "detected_share", "roc_auc", "pr_auc"]
+    assert row[empty].isna().all()
+
+
+def test_detection_of_a_detector_that_is_never_in_alarm(tables):
+    row = one(tables["detection"], profile="dsd", attack="constant_bias", detector="never")
+    assert np.isnan(row["precision"])
+    assert (row["recall"], row["f1"], row["detected_share"], row["roc_auc"]) == (0.0, 0.0, 0.0, 0.5)
+    assert row[["delay_mean_s", "delay_mean_s_lo", "delay_median_s"]].isna().all()
+    # Wilson's interval for 0 of 2: 3.8415 / 5.8415.
+    assert row["detected_share_hi"] == pytest.approx(3.8415 / 5.8415, abs=1e-4)
+
+
+def test_profiles_are_apart(tables):
+    row = one(tables["detection"], profile="carla", attack="none", detector="cusum")
+    assert row["threshold"] == 3.0
+    assert row["vehicle_hours"] == pytest.approx(0.5 / 3600)
+    assert row["false_alarms_per_vehicle_hour"] == 0.0
+    nobody = one(tables["detection"], profile="carla", attack="constant_bias", detector="cusum")
+    assert nobody["n_events"] == 0
+    assert nobody[["precision", "recall", "f1", "roc_auc", "detected_share_hi"]].isna().all()
+
+
+def test_localization(tables):
+    # Ten steps under attack: a has four, in two of which it is 1 m off under cusum+ukf, b six without error.
+    row = one(tables["localization"], profile="dsd", attack="constant_bias", defence="cusum+ukf")
+    assert (row["n_events"], row["n_vehicles"]) == (2, 2)
+    assert row["rmse_x_m"] == 0.0
+    assert row["rmse_y_m"] == row["rmse_xy_m"] == row["rmse_cross_track_m"] == pytest.approx(sqrt(0.2))
+    assert row["max_cross_track_m"] == 1.0
+    assert (row["rmse_y_m_lo"], row["rmse_y_m_hi"]) == pytest.approx((0.0, sqrt(0.5)))
+    row = one(tables["localization"], profile="dsd", attack="constant_bias", defence="never+none")
+    found = row[["rmse_x_m", "rmse_y_m", "rmse_xy_m", "rmse_cross_track_m", "rmse_along_track_m"]]
+    assert list(found) == pytest.approx([sqrt(6.4), sqrt(3.6), sqrt(10), sqrt(3.6), sqrt(6.4)])
+    assert row["max_cross_track_m"] == 3.0
+    benign = one(tables["localization"], profile="dsd", attack="none", defence="never+none")
+    assert (benign["n_events"], benign["n_vehicles"], benign["rmse_xy_m"]) == (0, 2, 0.0)
+    nobody = one(tables["localization"], profile="carla", attack="constant_bias", defence="never+none")
+    assert nobody[["rmse_xy_m", "rmse_xy_m_lo", "max_cross_track_m"]].isna().all()
+
+
+def test_safety(tables):
+    columns = ["n_vehicles", "line_touched", "out_of_lane", "wrong_way", "off_road"]
+    table = tables["safety"]
+    assert list(one(table, attack="constant_bias", defence="cusum+ukf")[columns]) == [2, 1, 0, 0, 0]
+    assert list(one(table, attack="constant_bias", defence="never+none")[columns]) == [2, 1, 1, 0, 1]
+    assert list(one(table, attack="none", defence="never+none")[columns]) == [3, 0, 0, 0, 0]
+    assert one(table, attack="constant_bias", defence="never+none")["off_road_share"] == 0.5
+
+
+def test_events(tables):
+    assert list(zip(tables["events"]["vehicle_id"], tables["events"]["defence"], strict=True)) == [
+        ("a", "cusum+ukf"),
+        ("a", "never+none"),
+        ("b", "cusum+ukf"),
+        ("b", "never+none"),
+    ]
+    row = one(tables["events"], vehicle_id="a", defence="cusum+ukf")
+    assert (row["scenario"], row["seed"], row["profile"], row["attack"]) == ("lane", 7, "dsd", "constant_bias")
+    assert (row["detector"], row["response"], row["vehicle_type"]) == ("cusum", "ukf", "car")
+    assert (row["start_s"], row["end_s"], row["cut_short"]) == (0.5, 0.9, False)
+    assert (row["detected"], row["in_alarm_at_start"]) == (True, False)
+    assert row["detection_delay_s"] == pytest.approx(0.1)
+    assert row["deviation_at_detection_m"] == 1.0
+    assert row["isolated_share"] == 0.75
+    assert row["time_to_retrust_s"] == pytest.approx(0.1)  # step 9, one after the end in step 8
+    assert (row["rmse_cross_track_m"], row["max_cross_track_m"]) == (pytest.approx(sqrt(0.5)), 1.0)
+    assert (row["outcome"], row["time_to_outcome_s"]) == ("line_touched", pytest.approx(0.1))
+    row = one(tables["events"], vehicle_id="a", defence="never+none")
+    assert (row["rmse_x_m"], row["rmse_y_m"], row["rmse_xy_m"]) == (4.0, 3.0, 5.0)
+    assert (row["outcome"], row["time_to_outcome_s"]) == ("off_road", 0.0)
+    assert not row["detected"]
+    empty = ["detection_delay_s", "deviation_at_detection_m", "time_to_retrust_s"]
+    assert row[empty].isna().all()
+    row = one(tables["events"], vehicle_id="b", defence="cusum+ukf")
+    assert (row["start_s"], row["end_s"], row["cut_short"], row["outcome"]) == (0.5, 1.1, True, "none")
+    assert row[["detection_delay_s", "time_to_outcome_s"]].isna().all()
+
+
+def test_vehicles(tables):
+    table = tables["vehicles"]
+    assert len(table) == 5 * 2
+    row = one(table, vehicle_id="a", attack="none", defence="cusum+ukf")
+    assert (row["alarms"], row["false_alarms"], row["outcome"]) == (1, 1, "none")
+    assert (row["vehicle_seconds"], row["scored_seconds"]) == (1.0, 1.0)
+    assert np.isnan(row["arrive_s"])
+    row = one(table, vehicle_id="a", attack="constant_bias", defence="cusum+ukf")
+    assert (row["alarms"], row["false_alarms"], row["outcome"]) == (2, 1, "line_touched")
+    assert row["rmse_xy_m"] == pytest.approx(sqrt(0.2))
+    row = one(table, vehicle_id="c", attack="none", defence="never+none")
+    assert (row["profile"], row["depart_s"], row["arrive_s"]) == ("carla", 0.1, 0.6)
+    assert row["vehicle_seconds"] == 0.5
+
+
+def test_files_are_the_same_bytes_whatever_the_order_in_which_tracks_were_closed(tmp_path):
+    first, second = tell(), tell()
+    second.outcomes._closed.reverse()
+    for scene, name in ((first, "first"), (second, "second")):
+        scene.outcomes.write(tmp_path / name, "lane", 7, replicates=50)
+    for name in TABLES:
+        files = [(tmp_path / folder / f"{name}.csv").read_bytes() for folder in ("first", "second")]
+        assert files[0] == files[1]
+        assert b"nan" not in files[0].lower()
+        assert b"\r" not in files[0]
+    assert sorted(path.name for path in (tmp_path / "first").iterdir()) == sorted(f"{n}.csv" for n in TABLES)
+
+
+def test_a_run_without_vehicles_writes_headers_and_empty_cells(tmp_path):
+    Scene().outcomes.write(tmp_path, "empty", 1, replicates=20)
+    counts = {name: len(read_table(tmp_path, name)) for name in TABLES}
+    assert counts == {"detection": 8, "localization": 8, "safety": 4, "events": 0, "vehicles": 0}
+    detection = read_table(tmp_path, "detection")
+    known = detection.drop(columns=["scenario", "profile", "attack", "detector", "n_events"])
+    assert known.drop(columns=["vehicle_hours", "threshold"]).isna().all(axis=None)
+    assert (read_table(tmp_path, "safety")["line_touched_share"].isna()).all()
+
+
+def test_a_vehicle_that_never_settled_is_listed_but_counts_nowhere(tmp_path):
+    scene = Scene()
+    scene.tracks.settled[:] = False
+    scene.estimate_m[:] = 50.0
+    scene.alarm[:] = True
+    scene.observe(0, [0])
+    scene.close(0, "brief", arrive_s=0.2)
+    scene.outcomes.write(tmp_path, "lane", 1, replicates=20)
+    row = one(read_table(tmp_path, "vehicles"), defence="cusum+ukf")
+    assert (row["vehicle_seconds"], row["alarms"], row["outcome"]) == (0.0, 0, "none")
+    assert np.isnan(row["rmse_xy_m"])
+    assert (read_table(tmp_path, "safety")["n_vehicles"] == 0).all()
+
+
+def test_a_plan_gives_the_same_rows_alone_and_among_others(tmp_path):
+    def run(plans, plan, folder):
+        scene = Scene(plan_names=plans)
+        for step in range(6):
+            if step == 2:
+                scene.fork(0, 2, plan, step)
+                scene.fork(1, 3, plan, step)
+            scene.estimate_m[:, 0, 1] = [0.1, 0.2, 1.0 + step, 0.3]
+            scene.alarm[2:, 0] = step > 3, step > 4
+            scene.observe(step, [0, 1, 2, 3] if step >= 2 else [0, 1])
+        for row, name in enumerate("abab"):
+            scene.close(row, name)
+        scene.outcomes.write(tmp_path / folder, "lane", 3, replicates=100)
+
+    run(("none", "drift"), 1, "alone")
+    run(("none", "replay", "drift"), 2, "among")
+    for name in TABLES:
+        alone, among = (
+            [line for line in (tmp_path / folder / f"{name}.csv").read_text().splitlines() if "replay" not in line]
+            for folder in ("alone", "among")
+        )
+        assert alone == among
+
+
+def finished_run(folder, scenario, seed=1):
+    tell().outcomes.write(folder, scenario, seed, replicates=20)
+    (folder / "manifest.json").write_text(json.dumps({"scenario": scenario}))
+
+
+def test_merge_joins_tables_and_manifests(tmp_path):
+    folders = [tmp_path / "work" / name for name in ("town", "highway")]
+    for folder in folders:
+        finished_run(folder, folder.name)
+        (folder / "steps.parquet").write_bytes(folder.name.encode())
+    merge(folders, tmp_path / "out")
+    for name in TABLES:
+        parts = pd.concat([read_table(folder, name) for folder in reversed(folders)], ignore_index=True)
+        pd.testing.assert_frame_equal(read_table(tmp_path / "out", name), parts)
+    manifest = json.loads((tmp_path / "out" / "manifest.json").read_text())
+    assert manifest == {"scenarios": [{"scenario": "highway"}, {"scenario": "town"}]}
+    assert (tmp_path / "out" / "steps-town.parquet").read_bytes() == b"town"
+
+
+def test_merge_of_one_run_keeps_its_bytes(tmp_path):
+    finished_run(tmp_path / "lane", "lane")
+    (tmp_path / "lane" / "steps.parquet").write_bytes(b"log")
+    merge([tmp_path / "lane"], tmp_path / "out")
+    for name in [*(f"{table}.csv" for table in TABLES), "steps.parquet"]:
+        assert (tmp_path / "out" / name).read_bytes() == (tmp_path / "lane" / name).read_bytes()
+
+
+def test_merge_says_which_file_is_wrong(tmp_path):
+    finished_run(tmp_path / "a", "a")
+    finished_run(tmp_path / "b", "b")
+    (tmp_path / "b" / "safety.csv").write_text("scenario,attack\n")
+    with pytest.raises(GpsecError, match=r"b/safety\.csv: header expected 'scenario,attack,defence.*found"):
+        merge([tmp_path / "a", tmp_path / "b"], tmp_path / "out")
+    assert not (tmp_path / "out" / "safety.csv").exists()
+    (tmp_path / "b" / "safety.csv").unlink()
+    with pytest.raises(GpsecError, match=r"b/safety\.csv: expected a file of a finished run"):
+        merge([tmp_path / "a", tmp_path / "b"], tmp_path / "out")
+
+
+def test_a_file_that_fails_half_way_leaves_the_former_one(tmp_path):
+    path = tmp_path / "table.csv"
+    path.write_text("former")
+
+    def fail():
+        with whole(path) as partial:
+            partial.write_text("half")
+            raise ValueError("full disk")
+
+    with pytest.raises(ValueError, match="full disk"):
+        fail()
+    assert path.read_text() == "former"
+    assert list(tmp_path.iterdir()) == [path]
