@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass
 
+# Stages that end a scenario.
+DONE, FAILED = "done", "failed"
+
 
 @dataclass(frozen=True)
 class Progress:
@@ -16,7 +19,6 @@ class Progress:
         real_time_factor: simulated seconds a second of wall clock.
         stage: what is being done, such as ``loading the net``, ``running``, ``writing tables``.
         note: something that the user should know, shown once; empty for none.
-
     """
 
     scenario: str

@@ -15,7 +15,7 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 from gpsec.errors import GpsecError
-from gpsec.progress import Progress
+from gpsec.progress import DONE, FAILED, Progress
 from gpsec.scenario import Scenario
 
 __all__ = ["Failure", "Outcome", "Progress", "run_scenarios"]
@@ -37,7 +37,6 @@ class Failure:
         scenario: its name.
         sentence: what went wrong.
         details: traceback or last output where it is a fault of gpsec, empty where the user can mend it.
-
     """
 
     scenario: str
@@ -53,7 +52,6 @@ class Outcome:
         finished: names, in the order in which they were given.
         failures: those that failed.
         interrupted: the user stopped the run.
-
     """
 
     finished: list[str] = field(default_factory=list)
@@ -75,7 +73,6 @@ def run_scenarios(
         jobs: number of processes.
         report: called in this process with what the scenarios tell.
         run: what to call in the process; the pipeline, where not given.
-
     """
     outcome = Outcome()
     waiting = list(scenarios)
@@ -90,10 +87,12 @@ def run_scenarios(
                 worker = running[connection]  # type: ignore[index]
                 if not worker.listen(report):
                     del running[worker.connection]
+                    name = worker.scenario.name
                     if worker.failure is None:
-                        done.add(worker.scenario.name)
+                        done.add(name)
                     else:
                         outcome.failures.append(worker.failure)
+                    report(Progress(name, stage=FAILED if worker.failure else DONE))
     except KeyboardInterrupt:
         outcome.interrupted = True
     finally:

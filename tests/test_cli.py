@@ -223,6 +223,8 @@ def test_finished_scenarios_survive_the_failure_of_others(
     assert "scenario 'killed': its process ended early (SIGKILL)" in captured.err
     assert "town: step lowered" in captured.err
     assert "town: running: 1/2 s, 3 vehicles, 12 tracks, 20.0x real time" in captured.err
+    assert "hill: done\n" in captured.err
+    assert "refused: failed\n" in captured.err
     assert captured.out == "tables of all\n"  # what SUMO prints is not among it
     for table in TABLES:
         assert (here / "all" / f"{table}.csv").read_text() == "scenario,seed\nhill,9\ntown,9\n"

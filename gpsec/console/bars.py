@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.progress import BarColumn, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as RichProgress
 
-from gpsec.progress import Progress
+from gpsec.progress import DONE, FAILED, Progress
 
 _LINE_EVERY_S = 15.0
 
@@ -54,6 +54,10 @@ class Bars:
             self._bars.start_task(task)
         if progress.note:
             self._console.print(f"{progress.scenario}: {progress.note}", markup=False)
+        if progress.stage in (DONE, FAILED):
+            self._bars.update(task, total=1.0, completed=float(progress.stage == DONE), numbers=progress.stage)
+            self._bars.stop_task(task)
+            return
         self._bars.update(task, total=progress.duration_s, completed=progress.time_s, numbers=_numbers(progress))
 
     def __enter__(self) -> Self:

@@ -14,7 +14,6 @@ def check_scenario(argument: str, overrides: Sequence[Override]) -> str:
 
     Raises:
         GpsecError: something of it is wrong.
-
     """
     scenario = load_scenario(argument, overrides)
     # Late: a wrong key is said before SUMO and the models are loaded.

@@ -17,7 +17,6 @@ def check_output(out: Path, overwrite: bool) -> None:
 
     Raises:
         GpsecError: it is a file, or it holds something that would be lost.
-
     """
     if out.is_symlink() and not out.exists():
         raise GpsecError(f"{out}: expected an output folder, found a link that leads nowhere")
@@ -37,7 +36,6 @@ def workshop(out: Path) -> Iterator[Path]:
 
     Raises:
         GpsecError: it cannot be made.
-
     """
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
@@ -57,7 +55,6 @@ def publish(made: Path, out: Path, former: Path, overwrite: bool) -> None:
 
     Raises:
         GpsecError: something has appeared in `out` since it was checked.
-
     """
     check_output(out, overwrite)
     made.chmod(0o755)

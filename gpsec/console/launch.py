@@ -36,7 +36,6 @@ def launch(
 
     Raises:
         GpsecError: a scenario or a folder is not as it should be; nothing has been run then.
-
     """
     scenarios = [load_scenario(argument, overrides) for argument in arguments]
     _check_names(scenarios, arguments)

@@ -14,7 +14,6 @@ def lines(kind: str, folder: Path) -> list[str]:
 
     Raises:
         GpsecError: there is no such kind, or no scenario.
-
     """
     if kind == "scenarios":
         return _columns(_scenarios(folder))

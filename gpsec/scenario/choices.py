@@ -48,7 +48,6 @@ def require(kind: str, name: str, known: Iterable[str]) -> str:
 
     Raises:
         ValueError: it is not among the `known` ones.
-
     """
     known = list(known)
     if name not in known:

@@ -26,7 +26,6 @@ def load_scenario(argument: str | Path, overrides: Sequence[Override] = ()) -> S
 
     Raises:
         GpsecError: a file is missing, or a key or value is not one that there is.
-
     """
     found = find(argument)
     raw = _read(found.toml) if found.toml else {}

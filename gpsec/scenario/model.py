@@ -41,7 +41,6 @@ class Scenario(Section):
         fleet, traffic, detection, localization, outcomes: the sections of that name.
         defences: D of them; the first is never+none, the undefended vehicle.
         plans: attack plans; *no attack* comes before the first of them and is not listed.
-
     """
 
     name: str

@@ -18,7 +18,6 @@ class Override:
         key: path into the configuration; numbers are positions in lists.
         value: the new value.
         flag: how the user wrote it, for messages.
-
     """
 
     key: Key
@@ -31,7 +30,6 @@ def parse_set(text: str) -> Override:
 
     Raises:
         GpsecError: `text` is not ``key=value``.
-
     """
     flag = f"--set {text}"
     dotted, equals, value = text.partition("=")
@@ -58,7 +56,6 @@ def apply(raw: dict[str, Any], override: Override, default_list: Callable[[str],
 
     Raises:
         GpsecError: the key leads through something that is neither a table nor a list.
-
     """
     *path, last = override.key
     if path and path[0] not in raw:

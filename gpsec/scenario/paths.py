@@ -18,7 +18,6 @@ class Found:
         folder: that relative paths start from.
         sumocfg: where it is known without reading the toml.
         name: default name of the scenario.
-
     """
 
     toml: Path | None
@@ -32,7 +31,6 @@ def find(argument: str | Path) -> Found:
 
     Raises:
         GpsecError: it is none of these, or the folder does not say which configuration is meant.
-
     """
     path = Path(argument)
     if not path.exists():
@@ -52,7 +50,6 @@ def only_sumocfg(folder: Path) -> Path:
 
     Raises:
         GpsecError: there is none, or more than one.
-
     """
     found = sorted(folder.glob("*.sumocfg"))
     if len(found) == 1:

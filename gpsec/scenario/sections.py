@@ -36,7 +36,6 @@ class FleetSection(Section):
         profile: sensor profile -> share of the fleet; a single name means all of it.
         matching: map matching, to the nearest lane (the paper's) or to the lane that the camera follows.
         settle_s: time on the road before a vehicle is scored or attacked.
-
     """
 
     equipped_share: float = Field(1.0, gt=0.0, le=1.0)
@@ -71,7 +70,6 @@ class TrafficSection(Section):
     Attributes:
         step_s: length of a step; unset takes 0.1 s, or the scenario's own where that is shorter.
         lateral_resolution_m: width of SUMO's sublanes; 0 turns them off, "own" keeps the scenario's setting.
-
     """
 
     # The filters are not valid for longer steps.
@@ -85,7 +83,6 @@ class DetectionSection(Section):
     Attributes:
         detectors: those that are scored, in the order of the tables.
         false_alarm_rate: which of the calibrated thresholds to use, such as ``1e-3/sample``.
-
     """
 
     detectors: tuple[str, ...] = Field(("chi_square", "cusum", "isolation_forest", "lstm"), strict=False)
@@ -112,7 +109,6 @@ class Defence(Section):
     Attributes:
         detector: one of `detection.detectors`, or a bound: `oracle` (told the truth), `never` (no alarm).
         response: what replaces GNSS while the alarm lasts.
-
     """
 
     detector: str
@@ -141,7 +137,6 @@ class LocalizationSection(Section):
         hold_s: GNSS stays isolated this long after the last alarm.
         rejoin_s: fixes must agree with the estimate this long before they are used again.
         outage_s: time without a fix after which the vehicle counts as without GNSS.
-
     """
 
     hold_s: float = Field(2.0, ge=0.0, le=600.0)
@@ -155,7 +150,6 @@ class OutcomesSection(Section):
     Attributes:
         bootstrap: resamples (of vehicles) behind every interval.
         confidence: of the intervals.
-
     """
 
     bootstrap: int = Field(1000, ge=1, le=100_000)

@@ -41,7 +41,6 @@ def sentence(error: ValidationError, model: type[BaseModel], file: str, override
         model: what was validated.
         file: that the configuration came from.
         overrides: that were applied to it; one that wrote the key is named in place of the file.
-
     """
     first, *others = error.errors(include_url=False)
     key = tuple(first["loc"])
