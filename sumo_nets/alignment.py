@@ -42,7 +42,7 @@ class Segment:
         return self.x + cos * dx - sin * dy, self.y + sin * dx + cos * dy, self.heading + turned
 
     def cut(self, start: float, end: float) -> Segment:
-        """The part between `start` and `end` (m from the segment's start)."""
+        """Return the part between `start` and `end` (m from the segment's start)."""
         x, y, heading = self.pose_at(start)
         slope = (self.k1 - self.k0) / self.length
         return Segment(x, y, heading, end - start, self.k0 + slope * start, self.k0 + slope * end)
@@ -70,7 +70,7 @@ class Alignment:
         return self.segments[-1].pose_at(self.segments[-1].length)
 
     def slice(self, start: float, end: float) -> Alignment:
-        """The part between two stations (m); slivers under 5 cm are left out."""
+        """Return the part between two stations (m); slivers under 5 cm are left out."""
         pieces = []
         s = 0.0
         for segment in self.segments:
@@ -89,7 +89,7 @@ class Alignment:
         return self.end
 
     def reversed(self) -> Alignment:
-        """The same line, driven the other way."""
+        """Return the same line, driven the other way."""
         segments = []
         for segment in reversed(self.segments):
             x, y, heading = segment.pose_at(segment.length)
@@ -97,7 +97,7 @@ class Alignment:
         return Alignment(tuple(segments))
 
     def __add__(self, other: Alignment) -> Alignment:
-        """This alignment followed by another one that starts where this one ends."""
+        """Return the alignment followed by another one that starts where this one ends."""
         return Alignment(self.segments + other.segments)
 
 
@@ -133,7 +133,10 @@ def through(points: Sequence[Sequence[float]]) -> Alignment:
 
 
 def drive(start: Pose, steps: Sequence[float | tuple[float, float]]) -> Alignment:
-    """Lay an alignment step by step: a number is a straight (m), a pair is a turn (degrees, left positive; radius m)."""
+    """Lay an alignment step by step.
+
+    A number is a straight (m), a pair is a turn (degrees, left positive; radius in m).
+    """
     segments: list[Segment] = []
     pose = start
     for step in steps:

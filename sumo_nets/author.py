@@ -23,7 +23,9 @@ TRAFFIC_LIGHT, PRIORITY_ROAD, GIVE_WAY = "1000001", "306", "205"
 class SpeedLane(xodr.Lane):  # type: ignore[misc]
     """A driving lane with a speed limit: netconvert drops a limit that is given for the whole road."""
 
-    def __init__(self, width_m: float, speed_mps: float, end_width_m: float | None = None, length_m: float = 1.0) -> None:
+    def __init__(
+        self, width_m: float, speed_mps: float, end_width_m: float | None = None, length_m: float = 1.0
+    ) -> None:
         """Constant width, or one that changes smoothly to `end_width_m` over `length_m`."""
         change = 0.0 if end_width_m is None else end_width_m - width_m
         super().__init__(
@@ -35,7 +37,7 @@ class SpeedLane(xodr.Lane):  # type: ignore[misc]
         self.speed_mps = speed_mps
 
     def get_element(self) -> ElementTree.Element:
-        """The library's element, with the speed limit."""
+        """Return the library's element, with the speed limit."""
         element: ElementTree.Element = super().get_element()
         ElementTree.SubElement(element, "speed", attrib={"sOffset": "0", "max": str(self.speed_mps), "unit": "m/s"})
         return element
@@ -68,7 +70,7 @@ def write(plan: Plan, path: Path) -> None:
 
 
 def _road(street: Street) -> xodr.Road:
-    """A street as a road with its lane sections, linked to its junctions."""
+    """Return a street as a road with its lane sections, linked to its junctions."""
     lanes = xodr.Lanes()
     for index, section in enumerate(street.sections):
         before = street.sections[index - 1] if index else None
@@ -106,14 +108,12 @@ def _lane_section(street: Street, section: Section, before: Section | None, afte
 
 
 def _connecting_road(road_id: int, junction_id: int, link: LaneLink, entry: Arm, leave: Arm) -> xodr.Road:
-    """A one-lane road across a junction; its reference line is the lane's left border."""
+    """Return a one-lane road across a junction; its reference line is the lane's left border."""
     start, end = entry.border(link.from_lane, entering=True), leave.border(link.to_lane, entering=False)
     alignment = fillet(start, end)
     view = planview(alignment) if alignment else _bend(start, end)
     length = view.get_total_length()
-    lane = SpeedLane(
-        entry.street.width_m, _crossing_speed(entry, leave), leave.street.width_m, max(float(length), 1.0)
-    )
+    lane = SpeedLane(entry.street.width_m, _crossing_speed(entry, leave), leave.street.width_m, max(float(length), 1.0))
     lane.add_link("predecessor", entry.lane_id(link.from_lane, entering=True))
     lane.add_link("successor", leave.lane_id(link.to_lane, entering=False))
     centre = xodr.Lane(lane_type=xodr.LaneType.none)
@@ -134,7 +134,7 @@ def _crossing_speed(entry: Arm, leave: Arm) -> float:
 
 
 def planview(alignment: Alignment) -> xodr.PlanView:
-    """An alignment as an OpenDRIVE plan view, rounded to a micrometre so that every machine writes the same digits."""
+    """Return an alignment as a plan view, rounded to a micrometre so that every machine writes the same digits."""
     view = xodr.PlanView()
     s = 0.0
     for segment in alignment.segments:
@@ -155,7 +155,7 @@ def planview(alignment: Alignment) -> xodr.PlanView:
 
 
 def _bend(start: Pose, end: Pose) -> xodr.PlanView:
-    """A cubic (Hermite) from pose to pose, for shifts and turns that one curve cannot make."""
+    """Return a cubic (Hermite) from pose to pose, for shifts and turns that one curve cannot make."""
     cos, sin = math.cos(start[2]), math.sin(start[2])
     along = (end[0] - start[0]) * cos + (end[1] - start[1]) * sin
     aside = (end[1] - start[1]) * cos - (end[0] - start[0]) * sin
@@ -186,10 +186,8 @@ def _add_signals(junction: Junction, arms: list[Arm], roads: dict[int, xodr.Road
     for index, arm in enumerate(arms):
         if not arm.lanes_in:
             continue
-        if junction.control == "signals":
-            kind = TRAFFIC_LIGHT
-        else:
-            kind = PRIORITY_ROAD if arm in majors else GIVE_WAY
+        sign = PRIORITY_ROAD if arm in majors else GIVE_WAY
+        kind = TRAFFIC_LIGHT if junction.control == "signals" else sign
         length = arm.street.alignment.length
         offset = (arm.lanes_in * arm.street.width_m + 0.5) * (-1 if arm.at_end else 1)
         signal = xodr.Signal(

@@ -24,7 +24,7 @@ def build(name: str, folder: Path) -> list[str]:
 
 
 def differing(name: str) -> list[Path]:
-    """The files of a network that a rebuild would change."""
+    """Return the files of a network that a rebuild would change."""
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         build(name, folder)

@@ -73,7 +73,7 @@ def give_extent(text: str) -> str:
 
 
 def _points(shape: str) -> list[tuple[float, float]]:
-    """The points of a lane's shape (m)."""
+    """Return the points of a lane's shape (m)."""
     points = [point.split(",") for point in shape.split()]
     return [(float(point[0]), float(point[1])) for point in points]
 
@@ -84,6 +84,6 @@ def _length(points: list[tuple[float, float]]) -> float:
 
 
 def _executable() -> str:
-    """The netconvert that was installed beside this Python, or the one on the path."""
+    """Return the netconvert that was installed beside this Python, or the one on the path."""
     beside = Path(sysconfig.get_path("scripts")) / ("netconvert.exe" if sys.platform == "win32" else "netconvert")
     return str(beside) if beside.exists() else "netconvert"

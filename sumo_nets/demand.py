@@ -6,7 +6,7 @@ import argparse
 import random
 import sys
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +24,7 @@ class Demand:
     """How much traffic a scenario gets, and from where.
 
     `outer` vehicles per second enter at the edges of the network, `inner` ones begin on streets inside it.
-    Only trips of at least `shortest_m` are made; `main_share` of an entry's trips go to exits with as many lanes.
+    Only trips of at least `shortest_m` are made.
     """
 
     outer_per_s: float
@@ -35,8 +35,7 @@ class Demand:
     """An entry's and an exit's weight is its number of lanes to this power."""
     targets: int = 4
     """Destinations per street inside the network."""
-    teleport_s: int = 120
-    extra: dict[str, str] = field(default_factory=dict)
+    teleport_s: int = 180
 
 
 POLYGON_PARAMS = {
@@ -49,14 +48,14 @@ POLYGON_PARAMS = {
 
 
 def polygon(name: str, shape: Iterable[tuple[float, float]]) -> str:
-    """An attack zone that is drawn as a polygon."""
+    """Return an attack zone that is drawn as a polygon."""
     corners = " ".join(f"{x:.1f},{y:.1f}" for x, y in shape)
     head = f'    <poly id="{name}" type="gpsec.attack" color="255,60,60,80" fill="1" layer="-1.00" shape="{corners}">'
     return "\n".join([head, *_params(POLYGON_PARAMS), "    </poly>"])
 
 
 def point(name: str, x: float, y: float, radius_m: int) -> str:
-    """An attack zone that is drawn as a point with a radius."""
+    """Return an attack zone that is drawn as a point with a radius."""
     head = f'    <poi id="{name}" type="gpsec.attack" color="255,60,60" layer="10.00" x="{x:.1f}" y="{y:.1f}">'
     return "\n".join([head, *_params(POLYGON_PARAMS | {"gpsec.radius_m": str(radius_m)}), "    </poi>"])
 
@@ -67,7 +66,7 @@ def _params(params: dict[str, str]) -> list[str]:
 
 
 DEMANDS = {
-    "slow_curve": Demand(0.6, 0.35, 1800.0),
+    "slow_curve": Demand(0.55, 0.32, 1800.0),
     "sharp_turns": Demand(0.5, 0.4, 1000.0),
     "town": Demand(
         2.0,
@@ -75,15 +74,25 @@ DEMANDS = {
         900.0,
         (
             polygon("spoofed_quarter", [(500.0, 180.0), (980.0, 180.0), (980.0, 640.0), (500.0, 640.0)]),
-            point("spoofer", 1200.0, 860.0, 150),
+            point("spoofer", 1224.0, 872.0, 150),
         ),
     ),
     "highway": Demand(
-        2.0,
+        1.9,
         0.8,
         2500.0,
         (
-            polygon("spoofed_bend", [(2600.0, 500.0), (3600.0, 1000.0), (4000.0, 800.0), (2900.0, 250.0)]),
+            polygon(
+                "spoofed_bend",
+                [
+                    (2600.0, 620.0),
+                    (3500.0, 1120.0),
+                    (4100.0, 1050.0),
+                    (4100.0, 850.0),
+                    (3400.0, 800.0),
+                    (2700.0, 400.0),
+                ],
+            ),
             point("spoofer", 7000.0, 1750.0, 150),
         ),
     ),
@@ -94,7 +103,7 @@ DEMANDS = {
 
 
 def routes(name: str, demand: Demand) -> str:
-    """The route file: flows from every entry to every exit, and from streets inside to some exits."""
+    """Return the route file: flows from every entry to every exit, and from streets inside to some exits."""
     net = sumolib.net.readNet(str(NETS / name / f"{name}.net.xml"))
     edges = sorted(net.getEdges(False), key=lambda edge: str(edge.getID()))
     entries = [edge for edge in edges if not edge.getIncoming()]
@@ -127,6 +136,8 @@ def _flows(
     for origin in origins:
         choice = []
         for target in exits:
+            if target.getToNode() == origin.getFromNode():
+                continue
             path, _ = net.getShortestPath(origin, target)
             if path is None or sum(edge.getLength() for edge in path) < demand.shortest_m:
                 continue
@@ -144,11 +155,11 @@ def _flows(
 def _weight(edge: Any, demand: Demand) -> float:
     """How much traffic a road gets: by its lanes, less for the side roads of a trunk."""
     side = 0.2 if str(edge.getName()).startswith("side road") else 1.0
-    return side * float(edge.getLaneNumber()) ** demand.lane_power
+    return float(side * edge.getLaneNumber() ** demand.lane_power)
 
 
 def _label(edge: str) -> str:
-    """An edge id as a part of a vehicle's name."""
+    """Return an edge id as a part of a vehicle's name."""
     return edge.replace("-", "r").replace("#", "s")
 
 
@@ -164,7 +175,7 @@ def write(name: str, demand: Demand) -> None:
 
 
 def _sumocfg(name: str, demand: Demand) -> str:
-    """The configuration that sumo and sumo-gui open."""
+    """Return the configuration that sumo and sumo-gui open."""
     return f"""<?xml version="1.0" encoding="UTF-8"?>
 <sumoConfiguration>
     <input>
@@ -194,7 +205,7 @@ def _sumocfg(name: str, demand: Demand) -> str:
 
 
 def _netecfg(name: str) -> str:
-    """The configuration that netedit opens."""
+    """Return the configuration that netedit opens."""
     return f"""<?xml version="1.0" encoding="UTF-8"?>
 <neteditConfiguration>
     <input>

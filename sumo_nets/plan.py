@@ -150,7 +150,7 @@ class Plan:
         return street
 
     def arms(self, junction: Junction) -> list[Arm]:
-        """The streets that meet at a junction."""
+        """Return the streets that meet at a junction."""
         arms = []
         for street in self.streets:
             if street.start == junction.id:
@@ -165,10 +165,7 @@ PlanMaker = Callable[[], Plan]
 
 def tmerc(latitude_deg: float, longitude_deg: float) -> str:
     """Geo-reference of a local transverse Mercator projection around a place."""
-    return (
-        f"+proj=tmerc +lat_0={latitude_deg} +lon_0={longitude_deg} +k=1 +x_0=0 +y_0=0 "
-        "+datum=WGS84 +units=m +no_defs"
-    )
+    return f"+proj=tmerc +lat_0={latitude_deg} +lon_0={longitude_deg} +k=1 +x_0=0 +y_0=0 +datum=WGS84 +units=m +no_defs"
 
 
 def _sections(alignment: Alignment, changes: Sequence[tuple[float, Lanes]], speed_kmh: float) -> tuple[Section, ...]:

@@ -47,7 +47,7 @@ def turn_angle(arm: Arm, other: Arm) -> float:
 
 
 def major_arms(arms: list[Arm]) -> list[Arm]:
-    """The arms that have the right of way: the highest rank, or among equals the two that lie most nearly in line."""
+    """Return the arms with the right of way: the highest rank, or among equals the two most nearly in line."""
     top = max(arm.street.rank for arm in arms)
     highest = [arm for arm in arms if arm.street.rank == top]
     if len(highest) < len(arms) or len(arms) < 3:

@@ -57,7 +57,7 @@ PROFESSIONAL = ("calm", "normal")
 
 
 def document() -> str:
-    """The additional file with every type and the distribution `traffic`."""
+    """Return the additional file with every type and the distribution `traffic`."""
     lines = ['<?xml version="1.0" encoding="UTF-8"?>', "<additional>", '    <vTypeDistribution id="traffic">']
     for body_name, body in BODIES.items():
         drivers = PROFESSIONAL if body.vehicle_class in {"truck", "bus"} else tuple(DRIVERS)
@@ -84,11 +84,12 @@ def _vtype(name: str, body: Body, driver: Driver, total: float) -> str:
         "tau": driver.tau,
         "minGap": driver.min_gap,
         "minGapLat": driver.gap_lateral,
-        "maxSpeedLat": 1.0,
+        "maxSpeedLat": 0.9,
         "latAlignment": round(driver.align_m * body.steadiness, 3),
         "lcSigma": round(driver.lateral_sigma * body.steadiness, 3),
         "lcAssertive": driver.assertive,
         "lcAccelLat": 0.7,
+        "lcStrategic": 3.0,
         "lcPushy": 0.0,
         "probability": round(body.share * driver.share / total, 4),
         "color": body.colour,

@@ -84,7 +84,7 @@ def lay(plan: Plan, grid: Grid) -> None:
     arms: dict[Cell, list[tuple[float, int]]] = {cell: [] for cell in grid.roundabouts}
 
     def meet(cell: Cell, alignment: Alignment) -> tuple[int, float]:
-        """The junction that a street out of this cell gets, and how far from the middle it begins."""
+        """Return the junction that a street out of this cell gets, and how far from the middle it begins."""
         if cell not in grid.roundabouts:
             return junctions[cell], max(lanes_at[cell]) * grid.width_m + CORNER_M
         junction = plan.junction(f"ring {_label(cell)} {len(arms[cell]) + 1}", "priority")
@@ -170,5 +170,5 @@ def _ring(plan: Plan, grid: Grid, cell: Cell, arms: Sequence[tuple[float, int]])
 
 
 def _label(cell: Cell) -> str:
-    """A junction's name on the town's map, like B3."""
+    """Return a junction's name on the town's map, like B3."""
     return f"{'ABCDEFGH'[cell[0]]}{cell[1] + 1}"

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from sumo_nets.alignment import Alignment, Pose, drive, through
-from sumo_nets.plan import Lanes, LaneLink, Plan, Street
+from sumo_nets.plan import LaneLink, Lanes, Plan, Street
 
 MEDIAN_M = 5.0
 NOSE_M = 36.0
@@ -47,7 +48,7 @@ class Carriageway:
 def offset_points(points: Sequence[Sequence[float]], right_m: float) -> list[tuple[float, ...]]:
     """Points of intersection of the line that runs `right_m` to the right, with radii that keep the distance."""
     result: list[tuple[float, ...]] = []
-    headings = [math.atan2(b[1] - a[1], b[0] - a[0]) for a, b in zip(points, points[1:], strict=False)]
+    headings = [math.atan2(b[1] - a[1], b[0] - a[0]) for a, b in itertools.pairwise(points)]
     for index, point in enumerate(points):
         before = headings[max(index - 1, 0)]
         after = headings[min(index, len(headings) - 1)]

@@ -7,7 +7,7 @@ from sumo_nets.plan import Plan, tmerc
 
 
 def plan() -> Plan:
-    """A pass road of about 6 km near Andermatt, Switzerland, with three side roads."""
+    """Return a pass road of about 6 km near Andermatt, Switzerland, with three side roads."""
     result = Plan("mountain", tmerc(46.6357, 8.5940), curve_resolution_m=0.5)
     wiggle: list[float | tuple[float, float]] = [(35.0, 110.0), 40.0, (-70.0, 75.0), 50.0, (35.0, 130.0)]
     trunk(

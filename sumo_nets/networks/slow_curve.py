@@ -7,7 +7,7 @@ from sumo_nets.plan import Plan, tmerc
 
 
 def plan() -> Plan:
-    """A trunk of 5.5 km near Weilheim, Bavaria, with three side roads."""
+    """Return a trunk of 5.5 km near Weilheim, Bavaria, with three side roads."""
     result = Plan("slow_curve", tmerc(47.8402, 11.1421))
     trunk(
         result,
