@@ -1,0 +1,101 @@
+"""Reads a SUMO configuration without SUMO, as SUMO would."""
+
+import os
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from urllib.parse import unquote
+from xml.etree import ElementTree
+
+from gpsec.errors import GpsecError
+from gpsec.traffic.optiontable import SumoOption, sumo_options_by_name
+
+GUI_TOPIC = "gui_only"
+
+
+@dataclass(frozen=True)
+class SumoConfig:
+    """What a configuration says, under the canonical names of the options.
+
+    Attributes:
+        path: absolute path of the configuration.
+        values: value of each option that sumo knows, as written.
+        gui_only: names of the options that only sumo-gui uses, in file order.
+    """
+
+    path: Path
+    values: dict[str, str]
+    gui_only: tuple[str, ...]
+
+    def paths(self, name: str) -> list[Path]:
+        """Return the files that the option `name` lists, absolute; they need not exist."""
+        paths: list[Path] = []
+        for item in self.values.get(name, "").split(","):
+            whole = self._path(item)
+            parts = item.replace(";", " ").split()
+            # SUMO 1.28 separates by commas alone; older versions took semicolons and blanks too.
+            if len(parts) > 1 and not whole.exists():
+                paths += [self._path(part) for part in parts]
+            elif parts:
+                paths.append(whole)
+        return paths
+
+    def _path(self, item: str) -> Path:
+        return Path(os.path.normpath(self.path.parent / os.path.expandvars(unquote(item.strip()))))
+
+
+def read_config(path: Path) -> SumoConfig:
+    """Read the configuration at `path`.
+
+    Raises:
+        GpsecError: it is missing, is no XML, gives an option twice, or has one that no SUMO program knows.
+    """
+    path = Path(path).absolute()
+    if not path.is_file():
+        raise GpsecError(f"{path}: SUMO configuration not found{_nearby(path)}")
+    try:
+        root = ElementTree.parse(path).getroot()
+    except (ElementTree.ParseError, UnicodeDecodeError, ValueError) as error:
+        raise GpsecError(f"{path}: expected a SUMO configuration in XML, found: {error}") from None
+    known = sumo_options_by_name()
+    values: dict[str, str] = {}
+    gui_only: list[str] = []
+    for topic, element in _leaves(root, ""):
+        option = known.get(element.tag)
+        if topic == GUI_TOPIC or (option is not None and option.topic == GUI_TOPIC):
+            gui_only.append(element.tag)
+            continue
+        if option is None:
+            raise GpsecError(_unknown_option(path, element.tag, topic, known))
+        if option.name in values:
+            raise GpsecError(f"{path}: option '{option.name}' is given twice")
+        values[option.name] = element.get("value", element.get("v", element.text or "")).strip()
+    return SumoConfig(path, values, tuple(gui_only))
+
+
+def missing_file(config: SumoConfig, key: str, path: Path) -> GpsecError:
+    """Return the error for a `path` under `key` that is not there."""
+    return GpsecError(f"{config.path}: {key} names '{path}', which does not exist{_nearby(path)}")
+
+
+def _leaves(parent: ElementTree.Element, topic: str) -> list[tuple[str, ElementTree.Element]]:
+    found: list[tuple[str, ElementTree.Element]] = []
+    for element in parent:
+        is_topic = len(element) > 0 or not (element.attrib or (element.text or "").strip())
+        found += _leaves(element, element.tag) if is_topic else [(topic, element)]
+    return found
+
+
+def _unknown_option(path: Path, name: str, topic: str, known: dict[str, SumoOption]) -> str:
+    close = get_close_matches(name, known, n=1, cutoff=0.5)
+    place = f" in <{topic}>" if topic else ""
+    hint = f": did you mean '{close[0]}'?" if close else ""
+    return f"{path}: option '{name}'{place} is not known to SUMO{hint}"
+
+
+def _nearby(path: Path) -> str:
+    if not path.parent.is_dir():
+        return f" (there is no folder '{path.parent}')"
+    names = sorted(entry.name for entry in path.parent.iterdir())
+    close = get_close_matches(path.name, names, n=1, cutoff=0.5)
+    return f": did you mean '{close[0]}'?" if close else ""

@@ -1,0 +1,86 @@
+"""Looks into SUMO's input files for the few things that libsumo does not tell."""
+
+import gzip
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO, cast
+from xml.etree import ElementTree
+
+PREFIX = "gpsec."
+_CHUNK = 1 << 22
+_OVERLAP = 256
+
+
+@dataclass(frozen=True)
+class OwnParameter:
+    """A ``gpsec.…`` parameter in an input file.
+
+    Attributes:
+        file: that it is in.
+        element: tag of its owner, such as ``poly`` or ``vType``.
+        owner_id: id of its owner.
+        owner_type: the owner's attribute ``type``, empty where it has none.
+        key: of the parameter, with the prefix.
+        value: its text.
+    """
+
+    file: Path
+    element: str
+    owner_id: str
+    owner_type: str
+    key: str
+    value: str
+
+
+def open_input(path: Path) -> BinaryIO:
+    """Open one of SUMO's input files, which may be gzipped."""
+    with path.open("rb") as stream:
+        zipped = stream.read(2) == b"\x1f\x8b"
+    return cast("BinaryIO", gzip.open(path)) if zipped else path.open("rb")
+
+
+def first_match(path: Path, pattern: bytes) -> str:
+    """Return the first group of the first match of `pattern` (shorter than 256 bytes), or an empty string.
+
+    A search through the bytes: a route file may have hundreds of megabytes.
+    """
+    compiled = re.compile(pattern)
+    tail = b""
+    try:
+        with open_input(path) as stream:
+            while chunk := stream.read(_CHUNK):
+                tail += chunk
+                if found := compiled.search(tail):
+                    return found[1].decode(errors="replace")
+                tail = tail[-_OVERLAP:]
+    except (OSError, EOFError):
+        return ""  # SUMO will say what is wrong with the file
+    return ""
+
+
+def own_parameters(path: Path) -> Iterator[OwnParameter]:
+    """Yield the ``gpsec.…`` parameters in an additional or route file; a broken file yields what can be read.
+
+    libsumo gives a parameter only to those who know its key, so a misspelt one is seen only here.
+    """
+    if not first_match(path, rb"""key\s*=\s*["'](gpsec\.)"""):
+        return
+    owners: list[ElementTree.Element] = []
+    try:
+        with open_input(path) as stream:
+            for event, element in ElementTree.iterparse(stream, events=("start", "end")):
+                if event == "end":
+                    owners.pop()
+                    element.clear()
+                    continue
+                key = element.get("key", "")
+                if element.tag == "param" and key.startswith(PREFIX) and owners:
+                    owner = owners[-1]
+                    yield OwnParameter(
+                        path, owner.tag, owner.get("id", ""), owner.get("type", ""), key, element.get("value", "")
+                    )
+                owners.append(element)
+    except (OSError, EOFError, ElementTree.ParseError):
+        return  # SUMO will say what is wrong with the file

@@ -1,0 +1,222 @@
+"""Turns any SUMO configuration into arguments for libsumo that are safe, quiet and reproducible."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from xml.etree import ElementTree
+
+from gpsec.errors import GpsecError
+from gpsec.traffic.config import SumoConfig, missing_file, read_config
+from gpsec.traffic.inputs import first_match, open_input
+from gpsec.traffic.optiontable import SumoOption, sumo_options_by_name
+
+DEFAULT_STEP_S = 0.1
+MAX_STEP_S = 0.2
+DEFAULT_LATERAL_RESOLUTION_M = 0.8
+
+# Options of these topics neither change the traffic nor are wanted in-process.
+_DROPPED_TOPICS = {"configuration", "output", "traci_server", "gui_only"}
+# Of the topic `report` only these are kept: how strictly the inputs are read.
+_KEPT_REPORT = {"xml-validation", "xml-validation.net", "xml-validation.routes"}
+# Set anew from the run.
+_SET_HERE = {"step-length", "lateral-resolution", "seed", "random"}
+_QUIET = {
+    "no-step-log": "true",
+    "no-warnings": "true",  # on the terminal; the error log still gets them
+    "duration-log.disable": "true",
+    "aggregate-warnings": "10",
+}
+# SUMO refuses sublanes beside these; SL2015 is the only model that knows them.
+_LANE_MODELS_WITHOUT_SUBLANES = rb"""laneChangeModel\s*=\s*["'](LC2013\w*|DK2008)["']"""
+
+
+@dataclass(frozen=True)
+class SumoOptions:
+    """How to start a simulation.
+
+    Attributes:
+        config: absolute path of the configuration.
+        arguments: for ``libsumo.start`` behind the program name; the session adds where outputs go.
+        net_file: absolute path.
+        route_files, additional_files: absolute paths.
+        begin_s: simulated time at which the simulation begins.
+        end_s: time at which it ends, None where the scenario leaves that open.
+        step_s: length of a step.
+        lateral_resolution_m: width of a sublane, 0 where vehicles change lanes at once.
+        seed: of SUMO's random numbers.
+        notes: what was changed against the configuration, one sentence each.
+    """
+
+    config: Path
+    arguments: tuple[str, ...]
+    net_file: Path
+    route_files: tuple[Path, ...]
+    additional_files: tuple[Path, ...]
+    begin_s: float
+    end_s: float | None
+    step_s: float
+    lateral_resolution_m: float
+    seed: int
+    notes: tuple[str, ...]
+
+
+def resolve_options(
+    config_file: Path, *, seed: int, step_s: float | None = None, lateral_resolution_m: float | None = None
+) -> SumoOptions:
+    """Return how to run the configuration `config_file` in-process, without it writing beside itself.
+
+    Args:
+        config_file: any ``.sumocfg``, also one made for sumo-gui.
+        seed: of the run; SUMO gets it modulo 2³¹.
+        step_s: None takes the scenario's step, lowered to 0.1 s where it is longer.
+        lateral_resolution_m: None takes the scenario's own or 0.8 m, 0 switches sublanes off.
+
+    Raises:
+        GpsecError: a file is missing, an option is unknown, or `step_s` is outside (0, 0.2].
+    """
+    config = read_config(config_file)
+    notes: list[str] = []
+    files = _input_files(config)
+    step = _step(config, step_s, notes)
+    lateral = _lateral_resolution(config, files, lateral_resolution_m, notes)
+    sumo_seed = seed % 2**31
+    chosen = {
+        **_kept_values(config, files, notes),
+        "step-length": f"{step:g}",
+        "seed": str(sumo_seed),
+        **_QUIET,
+        **({"lateral-resolution": f"{lateral:g}"} if lateral > 0.0 else {}),
+    }
+    end = _seconds(config, "end", -1.0)
+    return SumoOptions(
+        config=config.path,
+        arguments=tuple(part for name, value in chosen.items() for part in (f"--{name}", value)),
+        net_file=files["net-file"][0],
+        route_files=tuple(files["route-files"]),
+        additional_files=tuple(files["additional-files"]),
+        begin_s=_seconds(config, "begin", 0.0),
+        end_s=end if end >= 0.0 else None,
+        step_s=step,
+        lateral_resolution_m=lateral,
+        seed=sumo_seed,
+        notes=tuple(notes),
+    )
+
+
+def _input_files(config: SumoConfig) -> dict[str, list[Path]]:
+    files = {key: config.paths(key) for key in ("net-file", "route-files", "additional-files")}
+    for key, paths in files.items():
+        for path in paths:
+            if not path.is_file():
+                raise missing_file(config, key, path)
+            if "," in str(path):
+                raise GpsecError(f"{config.path}: SUMO cannot read '{path}' because of the comma in its path")
+    if not files["net-file"]:
+        raise GpsecError(f"{config.path}: expected the key 'net-file', found no net")
+    _check_net(config, files["net-file"][0])
+    return files
+
+
+def _check_net(config: SumoConfig, path: Path) -> None:
+    """Refuse what is not a net before SUMO reads it: libsumo crashes on a net without a version."""
+    try:
+        with open_input(path) as stream:
+            _, root = next(ElementTree.iterparse(stream, events=("start",)))
+    except (OSError, EOFError, ElementTree.ParseError, StopIteration) as error:
+        raise GpsecError(f"{config.path}: net-file '{path}' is not readable as XML: {error}") from None
+    if root.tag != "net" or not root.get("version"):
+        raise GpsecError(f"{config.path}: net-file '{path}': expected <net version=…>, found <{root.tag}>")
+
+
+def _step(config: SumoConfig, asked_s: float | None, notes: list[str]) -> float:
+    if asked_s is not None:
+        if not 0.001 <= asked_s <= MAX_STEP_S:
+            raise GpsecError(
+                f"step length {asked_s:g} s: expected 0.001 to {MAX_STEP_S:g} s, over which the filters are "
+                f"not valid; the usual one is {DEFAULT_STEP_S:g} s"
+            )
+        return round(asked_s, 3)
+    own_s = _seconds(config, "step-length", 1.0)
+    if own_s > DEFAULT_STEP_S:
+        notes.append(f"step-length lowered from {own_s:g} to {DEFAULT_STEP_S:g} s")
+        return DEFAULT_STEP_S
+    return own_s
+
+
+def _lateral_resolution(
+    config: SumoConfig, files: dict[str, list[Path]], asked_m: float | None, notes: list[str]
+) -> float:
+    if asked_m is not None:
+        if not 0.0 <= asked_m <= 10.0:
+            raise GpsecError(f"lateral resolution {asked_m:g} m: expected 0 (off) to 10 m")
+        return asked_m
+    own_m = _number(config, "lateral-resolution", -1.0)
+    if own_m > 0.0:
+        return own_m
+    if _seconds(config, "lanechange.duration", 0.0) > 0.0:
+        notes.append("lateral-resolution left off: the scenario sets lanechange.duration, SUMO takes only one")
+        return 0.0
+    for path in (*files["additional-files"], *files["route-files"]):
+        if model := first_match(path, _LANE_MODELS_WITHOUT_SUBLANES):
+            notes.append(f"lateral-resolution left off: {path.name} uses lane-change model {model}")
+            return 0.0
+    notes.append(f"lateral-resolution set to {DEFAULT_LATERAL_RESOLUTION_M:g} m")
+    return DEFAULT_LATERAL_RESOLUTION_M
+
+
+def _kept_values(config: SumoConfig, files: dict[str, list[Path]], notes: list[str]) -> dict[str, str]:
+    if config.values.get("mesosim", "").lower() in {"true", "1", "yes", "on", "x", "t"}:
+        raise GpsecError(
+            f"{config.path}: mesosim is on: expected a microscopic simulation, meso has no lateral positions"
+        )
+    kept: dict[str, str] = {}
+    for option, value in _given(config):
+        if option.topic in _DROPPED_TOPICS or option.name.endswith(".output") or option.name in _SET_HERE:
+            continue
+        if option.topic == "report" and option.name not in _KEPT_REPORT:
+            continue
+        if option.is_file:
+            paths = files.get(option.name) or config.paths(option.name)
+            value = ",".join(str(path) for path in paths)
+        if value:
+            kept[option.name] = value
+    if config.gui_only:
+        notes.append(f"ignored (sumo-gui only): {', '.join(config.gui_only)}")
+    if outputs := [option.name for option, value in _given(config) if value and _is_output(option)]:
+        notes.append(f"outputs left out: {', '.join(outputs)}")
+    if config.values.get("random"):
+        notes.append("option random ignored: the seed is the run's")
+    return kept
+
+
+def _given(config: SumoConfig) -> Iterator[tuple[SumoOption, str]]:
+    known = sumo_options_by_name()
+    for name, value in config.values.items():
+        yield known[name], value
+
+
+def _is_output(option: SumoOption) -> bool:
+    return option.is_file and (option.topic in {"output", "report"} or option.name.endswith(".output"))
+
+
+def _number(config: SumoConfig, name: str, default: float) -> float:
+    text = config.values.get(name, "")
+    try:
+        return float(text) if text else default
+    except ValueError:
+        raise GpsecError(f"{config.path}: option '{name}': expected a number, found '{text}'") from None
+
+
+def _seconds(config: SumoConfig, name: str, default: float) -> float:
+    """Return a time of the configuration: seconds, h:m:s or d:h:m:s."""
+    text = config.values.get(name, "")
+    parts = text.removeprefix("-").split(":")
+    try:
+        if len(parts) not in (1, 3, 4):
+            raise ValueError
+        seconds = sum(float(part) * unit for part, unit in zip(reversed(parts), (1, 60, 3600, 86400), strict=False))
+    except ValueError:
+        if not text:
+            return default
+        raise GpsecError(f"{config.path}: option '{name}': expected seconds or h:m:s, found '{text}'") from None
+    return -seconds if text.startswith("-") else seconds

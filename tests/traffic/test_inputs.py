@@ -1,0 +1,36 @@
+import gzip
+
+import pytest
+
+from gpsec.traffic.inputs import OwnParameter, first_match, own_parameters
+
+CONTENT = (
+    '<additional><poly id="z" type="gpsec.attack"><param key="gpsec.share" value="1"/>'
+    '<param key="other" value="2"/></poly>'
+    '<vTypeDistribution id="d"><vType id="car"><param value="0.5" key="gpsec.equipped"/></vType></vTypeDistribution>'
+    "</additional>"
+)
+
+
+@pytest.mark.parametrize("pack", [lambda content: content, gzip.compress])
+def test_own_parameters_come_with_their_owner(tmp_path, pack):
+    path = tmp_path / "more.add.xml"
+    path.write_bytes(pack(CONTENT.encode()))
+    assert list(own_parameters(path)) == [
+        OwnParameter(path, "poly", "z", "gpsec.attack", "gpsec.share", "1"),
+        OwnParameter(path, "vType", "car", "", "gpsec.equipped", "0.5"),
+    ]
+
+
+def test_broken_file_yields_what_can_be_read(tmp_path):
+    path = tmp_path / "more.add.xml"
+    path.write_text(CONTENT[:-30])
+    assert [found.key for found in own_parameters(path)] == ["gpsec.share", "gpsec.equipped"]
+
+
+def test_match_across_the_border_of_what_is_read_at_once(tmp_path):
+    path = tmp_path / "big.rou.xml"
+    for before in range((1 << 22) - 4, (1 << 22) + 1):
+        path.write_bytes(b" " * before + b'key="LC2013"')
+        assert first_match(path, rb'key="(LC\d+)"') == "LC2013"
+    assert first_match(path, rb'key="(SL\d+)"') == ""
