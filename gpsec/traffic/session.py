@@ -1,0 +1,158 @@
+"""Traffic from libsumo, in-process: starts it, steps it, reads it in one loop over the vehicles."""
+
+import shutil
+import tempfile
+from collections.abc import Collection, Iterator, Mapping
+from pathlib import Path
+from time import perf_counter
+from types import TracebackType
+from typing import Self
+
+import libsumo
+
+from gpsec.errors import GpsecError
+from gpsec.traffic.clock import step_count
+from gpsec.traffic.options import SumoOptions
+from gpsec.traffic.roster import Roster
+from gpsec.traffic.source import Equip, Frame
+from gpsec.traffic.stderr import CaughtStderr, sumo_words
+from gpsec.traffic.vehicletypes import check_type_keys
+from gpsec.traffic.zones import ZoneShape, read_zones
+
+# Neither is a kind of the other.
+SUMO_ERRORS = (libsumo.TraCIException, libsumo.FatalTraCIError)
+
+# SUMO puts its output prefix before the last part of a path, whatever folder that is in; this many steps up
+# end in the root folder, from where the temporary one is reached.
+_TO_ROOT = "../" * 64
+
+
+class SumoSession:
+    """A running simulation; implements `gpsec.traffic.source.TrafficSource`.
+
+    libsumo allows one simulation per process. A vehicle that is equipped stays so for its life: after a teleport,
+    a stay in a parking area or a jump it goes on as a new vehicle ``id#2``, without `equip` being asked again.
+
+    Attributes:
+        options: what it was started with.
+        step_s: length of a step.
+        sumo_s: wall-clock seconds spent in SUMO's steps so far.
+        read_s: wall-clock seconds spent reading the vehicles so far.
+        warnings: SUMO's warnings and errors, once closed; at most 10 of a kind.
+    """
+
+    def __init__(self, options: SumoOptions, lane_index: Mapping[str, int], equip: Equip) -> None:
+        """Start the simulation.
+
+        Args:
+            options: from `gpsec.traffic.options.resolve_options`.
+            lane_index: index in the HD map of each lane id; a vehicle on another lane is not on the map.
+            equip: decides at departure whether a vehicle is part of the fleet.
+
+        Raises:
+            GpsecError: SUMO refuses to start, a ``gpsec.…`` parameter is wrong, or another session is open.
+        """
+        if libsumo.isLoaded():
+            raise GpsecError("a simulation is open in this process already: libsumo allows one, close it first")
+        self.options = options
+        self.sumo_s = 0.0
+        self.read_s = 0.0
+        self.warnings: list[str] = []
+        self._input_files = (*options.additional_files, *options.route_files)
+        check_type_keys(self._input_files)
+        self._roster = Roster(lane_index, equip)
+        self._step = 0
+        self._open = True
+        self._stderr = CaughtStderr()
+        self._folder = Path(tempfile.mkdtemp(prefix="gpsec-sumo-")).resolve()
+        self._start()
+        self.step_s: float = libsumo.simulation.getDeltaT()
+        self._begin_s: float = libsumo.simulation.getTime()
+
+    def _start(self) -> None:
+        outputs = {
+            "output-prefix": f"{_TO_ROOT}{str(self._folder).lstrip('/')}/",
+            "error-log": str(self._folder / "sumo.log"),
+        }
+        arguments = ["sumo", *self.options.arguments]
+        for name, value in outputs.items():
+            arguments += [f"--{name}", value]
+        try:
+            with self._stderr:
+                libsumo.start(arguments)
+        except SUMO_ERRORS as error:
+            raise self._sumo_error(error) from None
+        except BaseException:
+            self.close()
+            raise
+
+    def _sumo_error(self, error: Exception) -> GpsecError:
+        words = sumo_words(self._stderr.text(), str(error))
+        self.close()
+        return GpsecError(f"{self.options.config}: SUMO says: {words}")
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def zones(self, known_keys: Collection[str]) -> list[ZoneShape]:
+        """Return the attack zones of the scenario; see `gpsec.traffic.zones.read_zones`."""
+        return read_zones(known_keys, self._input_files)
+
+    def frames(self, duration_s: float | None = None) -> Iterator[Frame]:
+        """Yield the steps until no vehicle is left or to come, the scenario ends, or `duration_s` is over.
+
+        Raises:
+            GpsecError: SUMO gives up, in its words.
+        """
+        limits_s = [] if duration_s is None else [self._step * self.step_s + duration_s]
+        if self.options.end_s is not None:
+            limits_s.append(self.options.end_s - self._begin_s)
+        last = step_count(min(limits_s), self.step_s) if limits_s else None
+        while (last is None or self._step < last) and libsumo.simulation.getMinExpectedNumber() > 0:
+            yield self._next_frame()
+
+    def _next_frame(self) -> Frame:
+        before = perf_counter()
+        try:
+            with self._stderr:
+                libsumo.simulation.step()
+            stepped = perf_counter()
+            self._roster.read(self.step_s)
+        except SUMO_ERRORS as error:
+            raise self._sumo_error(error) from None
+        rows, front_m, speed_mps, lane = self._roster.positions()
+        frame = Frame(
+            step=self._step,
+            time_s=libsumo.simulation.getTime(),
+            left=self._roster.left,
+            departures=self._roster.departures,
+            rows=rows,
+            front_m=front_m,
+            speed_mps=speed_mps,
+            lane=lane,
+            on_road=libsumo.vehicle.getIDCount(),
+        )
+        self._step += 1
+        self.sumo_s += stepped - before
+        self.read_s += perf_counter() - stepped
+        return frame
+
+    def close(self) -> None:
+        """End the simulation and delete what it wrote."""
+        if not self._open:
+            return
+        self._open = False
+        try:
+            if libsumo.isLoaded():
+                with self._stderr:
+                    libsumo.close()
+        finally:
+            log = self._folder / "sumo.log"
+            self.warnings = log.read_text(errors="replace").splitlines() if log.exists() else []
+            shutil.rmtree(self._folder, ignore_errors=True)
+            self._stderr.close()

@@ -1,0 +1,112 @@
+"""What the fleet needs to know of SUMO's vehicle types."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import libsumo
+
+from gpsec.errors import GpsecError, nearest
+from gpsec.traffic.inputs import PREFIX, own_parameters
+
+# Everything that drives on roads with four wheels or more, for which the single-track body, the lane camera and the
+# odometer stand. Left out: rail and ships; pedestrians; bicycle, moped, motorcycle and scooter, which lean and
+# filter between lanes; `ignoring`, which may drive where there is no road.
+ROAD_CLASSES = frozenset(
+    {
+        "private",
+        "emergency",
+        "authority",
+        "army",
+        "vip",
+        "passenger",
+        "hov",
+        "taxi",
+        "bus",
+        "coach",
+        "delivery",
+        "truck",
+        "trailer",
+        "evehicle",
+        "custom1",
+        "custom2",
+    }
+)
+
+TYPE_KEYS = ("gpsec.equipped", "gpsec.sensors")
+
+
+@dataclass(frozen=True)
+class VehicleType:
+    """A SUMO vehicle type.
+
+    Attributes:
+        vehicle_class: SUMO's vClass.
+        length_m, width_m: of the body.
+        equipped_share: probability that a vehicle of it is equipped, None where the type does not say.
+        sensors: name of a sensor profile, None where the type does not say.
+        on_roads: it can be part of the fleet.
+    """
+
+    vehicle_class: str
+    length_m: float
+    width_m: float
+    equipped_share: float | None
+    sensors: str | None
+    on_roads: bool
+
+
+def read_type(type_id: str) -> VehicleType:
+    """Ask the running simulation for the type `type_id`.
+
+    Raises:
+        GpsecError: its ``gpsec.equipped`` is no probability.
+    """
+    types = libsumo.vehicletype
+    vehicle_class = types.getVehicleClass(type_id)
+    return VehicleType(
+        vehicle_class=vehicle_class,
+        length_m=types.getLength(type_id),
+        width_m=types.getWidth(type_id),
+        equipped_share=_share(type_id, types.getParameter(type_id, "gpsec.equipped")),
+        sensors=types.getParameter(type_id, "gpsec.sensors") or None,
+        on_roads=vehicle_class in ROAD_CLASSES,
+    )
+
+
+def check_type_keys(files: tuple[Path, ...]) -> None:
+    """Refuse parameters of vehicle types in `files` that start with ``gpsec.`` and mean nothing.
+
+    Raises:
+        GpsecError: naming the file, the type and the key.
+    """
+    for file in files:
+        for found in own_parameters(file):
+            if found.element == "vType" and found.key not in TYPE_KEYS:
+                raise GpsecError(
+                    f"{file}: vType '{found.owner_id}': unknown parameter '{found.key}': "
+                    f"{nearest(found.key, TYPE_KEYS)}"
+                )
+
+
+def named_sensors(files: tuple[Path, ...]) -> dict[str, str]:
+    """Return the sensor profiles that vehicle types in `files` name, with where they do, for error messages."""
+    return {
+        found.value: f"{file}: vType '{found.owner_id}'"
+        for file in files
+        for found in own_parameters(file)
+        if found.element == "vType" and found.key == f"{PREFIX}sensors" and found.value
+    }
+
+
+def _share(type_id: str, text: str) -> float | None:
+    if not text:
+        return None
+    try:
+        share = float(text)
+    except ValueError:
+        share = -1.0
+    if not 0.0 <= share <= 1.0:
+        raise GpsecError(
+            f"vType '{type_id}': parameter '{PREFIX}equipped': expected a probability from 0 to 1, found '{text}'"
+        )
+    return share

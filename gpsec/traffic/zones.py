@@ -1,0 +1,83 @@
+"""Attack zones that a user has drawn in netedit: polygons and points of type ``gpsec.attack``."""
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import libsumo
+import numpy as np
+
+from gpsec.arrays import Floats
+from gpsec.errors import GpsecError, nearest
+from gpsec.traffic.inputs import own_parameters
+
+ZONE_TYPE = "gpsec.attack"
+
+
+@dataclass(frozen=True)
+class ZoneShape:
+    """A zone as it was drawn.
+
+    Attributes:
+        zone_id: id of the polygon or point.
+        kind: ``polygon`` or ``point``.
+        shape_m: (n, 2) corners in the net's frame; one row for a point.
+        parameters: the ``gpsec.…`` parameters that it has, with the prefix.
+    """
+
+    zone_id: str
+    kind: Literal["polygon", "point"]
+    shape_m: Floats
+    parameters: dict[str, str]
+
+
+def read_zones(known_keys: Collection[str], files: tuple[Path, ...]) -> list[ZoneShape]:
+    """Ask the running simulation for the zones, in the order of their ids.
+
+    Args:
+        known_keys: the parameters, with the prefix, that a zone may have; libsumo gives none without its key.
+        files: the simulation's additional and route files, searched for keys that are not known.
+
+    Raises:
+        GpsecError: a zone has a ``gpsec.…`` parameter that is not in `known_keys`, or a polygon is degenerate.
+    """
+    polygons = [
+        ZoneShape(
+            zone,
+            "polygon",
+            np.array(libsumo.polygon.getShape(zone), float),
+            _parameters(libsumo.polygon, zone, known_keys),
+        )
+        for zone in sorted(libsumo.polygon.getIDList())
+        if libsumo.polygon.getType(zone) == ZONE_TYPE
+    ]
+    points = [
+        ZoneShape(
+            zone, "point", np.array([libsumo.poi.getPosition(zone)], float), _parameters(libsumo.poi, zone, known_keys)
+        )
+        for zone in sorted(libsumo.poi.getIDList())
+        if libsumo.poi.getType(zone) == ZONE_TYPE
+    ]
+    for zone in polygons:
+        if len(np.unique(zone.shape_m, axis=0)) < 3:
+            raise GpsecError(f"zone '{zone.zone_id}': expected three corners or more, found {len(zone.shape_m)}")
+    zones = polygons + points
+    if zones:
+        _refuse_unknown_keys(known_keys, files)
+    return zones
+
+
+def _parameters(domain: Any, zone: str, known_keys: Collection[str]) -> dict[str, str]:
+    values = {key: domain.getParameter(zone, key) for key in sorted(known_keys)}
+    return {key: value for key, value in values.items() if value}
+
+
+def _refuse_unknown_keys(known_keys: Collection[str], files: tuple[Path, ...]) -> None:
+    for file in files:
+        for found in own_parameters(file):
+            if found.element in ("poly", "poi") and found.owner_type == ZONE_TYPE and found.key not in known_keys:
+                raise GpsecError(
+                    f"{file}: zone '{found.owner_id}': unknown parameter '{found.key}': "
+                    f"{nearest(found.key, known_keys)}"
+                )
