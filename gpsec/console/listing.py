@@ -54,7 +54,7 @@ def _parameters(attack: Any) -> str:
 
 
 def _first_line(part: Any) -> str:
-    said = getattr(part, "title", None) or part.__doc__ or ""
+    said = getattr(part, "description", None) or getattr(part, "title", None) or part.__doc__ or ""
     return str(said).strip().partition("\n")[0]
 
 
