@@ -125,7 +125,8 @@ def _check_net(config: SumoConfig, path: Path) -> None:
     except (OSError, EOFError, ElementTree.ParseError, StopIteration) as error:
         raise GpsecError(f"{config.path}: net-file '{path}' is not readable as XML: {error}") from None
     if root.tag != "net" or not root.get("version"):
-        raise GpsecError(f"{config.path}: net-file '{path}': expected <net version=…>, found <{root.tag}>")
+        found = f"<{root.tag}>" if root.tag != "net" else "<net> without a version"
+        raise GpsecError(f"{config.path}: net-file '{path}': expected <net version=…>, found {found}")
 
 
 def _step(config: SumoConfig, asked_s: float | None, notes: list[str]) -> float:
@@ -165,7 +166,7 @@ def _lateral_resolution(
 
 
 def _kept_values(config: SumoConfig, files: dict[str, list[Path]], notes: list[str]) -> dict[str, str]:
-    if config.values.get("mesosim", "").lower() in {"true", "1", "yes", "on", "x", "t"}:
+    if _is_on(config, "mesosim"):
         raise GpsecError(
             f"{config.path}: mesosim is on: expected a microscopic simulation, meso has no lateral positions"
         )
@@ -184,7 +185,7 @@ def _kept_values(config: SumoConfig, files: dict[str, list[Path]], notes: list[s
         notes.append(f"ignored (sumo-gui only): {', '.join(config.gui_only)}")
     if outputs := [option.name for option, value in _given(config) if value and _is_output(option)]:
         notes.append(f"outputs left out: {', '.join(outputs)}")
-    if config.values.get("random"):
+    if _is_on(config, "random"):
         notes.append("option random ignored: the seed is the run's")
     return kept
 
@@ -197,6 +198,10 @@ def _given(config: SumoConfig) -> Iterator[tuple[SumoOption, str]]:
 
 def _is_output(option: SumoOption) -> bool:
     return option.is_file and (option.topic in {"output", "report"} or option.name.endswith(".output"))
+
+
+def _is_on(config: SumoConfig, name: str) -> bool:
+    return config.values.get(name, "").lower() in {"true", "1", "yes", "on", "x", "t"}
 
 
 def _number(config: SumoConfig, name: str, default: float) -> float:

@@ -139,12 +139,14 @@ def test_missing_input_is_named_with_its_key_and_the_nearest_file(scenario, miss
         ('<c><n value="grid.net.xml"/><end value="soon"/></c>', "option 'end': expected seconds or h:m:s"),
         ('<c><n value="grid.net.xml"/><mesosim value="true"/></c>', "expected a microscopic simulation"),
         ('<c><n value="run.sumocfg"/></c>', "expected <net version=…>, found <c>"),
+        ('<c><n value="bare.xml"/></c>', "expected <net version=…>, found <net> without a version"),
         ('<c><n value="empty.xml"/></c>', "net-file .*empty.xml' is not readable as XML"),
     ],
 )
 def test_broken_configuration_is_one_sentence(scenario, content, message):
     config = scenario()
     (config.parent / "empty.xml").touch()
+    (config.parent / "bare.xml").write_text("<net/>")  # libsumo crashes on it
     config.write_text(content)
     with pytest.raises(GpsecError, match=message) as raised:
         resolve_options(config, seed=1)
