@@ -30,6 +30,9 @@ SHORTEST_LANE_M = 0.1
 
 LANE_WITHOUT_EXTENT_M = 0.05
 
+CLOSEST_POINTS_M = 0.09
+"""Less than the shortest lane, so that it keeps its two points."""
+
 
 def netconvert(plan: Plan, source: Path, target: Path) -> list[str]:
     """Import `source` into `target`; return netconvert's warnings. Raises RuntimeError with its words if it fails."""
@@ -45,7 +48,7 @@ def netconvert(plan: Plan, source: Path, target: Path) -> list[str]:
     if run.returncode != 0:
         raise RuntimeError(f"netconvert cannot import {source.name}: {run.stderr.strip()}")
     text = re.sub(r"<!--.*?-->\s*", "", target.read_text(encoding="utf-8"), flags=re.DOTALL)
-    target.write_text(give_extent(text), encoding="utf-8")
+    target.write_text(thin_out(give_extent(text)), encoding="utf-8")
     return run.stderr.strip().splitlines()
 
 
@@ -70,6 +73,24 @@ def give_extent(text: str) -> str:
         shape = f"{x - dx * half:.4f},{y - dy * half:.4f} {x + dx * half:.4f},{y + dy * half:.4f}"
         text = re.sub(rf'(<lane id="{re.escape(via)}" [^>]*shape=")[^"]*"', rf'\g<1>{shape}"', text, count=1)
     return text
+
+
+def thin_out(text: str) -> str:
+    """Drop points of internal lanes that lie so close together that rounding decides where they point."""
+
+    def thinned(match: re.Match[str]) -> str:
+        corners = match[2].split()
+        points = _points(match[2])
+        kept = [0]
+        for index in range(1, len(points)):
+            if math.dist(points[kept[-1]], points[index]) >= CLOSEST_POINTS_M:
+                kept.append(index)
+        last = len(points) - 1
+        if kept[-1] != last:
+            kept = [*(kept[:-1] if len(kept) > 1 else kept), last]
+        return f'{match[1]}{" ".join(corners[index] for index in kept)}"'
+
+    return re.sub(r'(<lane id=":[^>]*shape=")([^"]*)"', thinned, text)
 
 
 def _points(shape: str) -> list[tuple[float, float]]:

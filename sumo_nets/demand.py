@@ -66,8 +66,8 @@ def _params(params: dict[str, str]) -> list[str]:
 
 
 DEMANDS = {
-    "slow_curve": Demand(0.55, 0.32, 1800.0),
-    "sharp_turns": Demand(0.5, 0.4, 1000.0),
+    "slow_curve": Demand(0.48, 0.28, 1800.0),
+    "sharp_turns": Demand(0.45, 0.38, 1000.0),
     "town": Demand(
         2.0,
         0.9,
