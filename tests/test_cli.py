@@ -93,7 +93,7 @@ BAD_TOML = {
     "plan's share over 1": ("[[plans]]\nattack = 'drift'\nshare = 1.5", ["plans.0", "share", "1.5"]),
     "step too long": ("[traffic]\nstep_s = 0.5", ["traffic.step_s: expected at most 0.2, found 0.5"]),
     "negative sublanes": ("[traffic]\nlateral_resolution_m = -1", ["traffic.lateral_resolution_m", "found -1"]),
-    "text sublanes": ("[traffic]\nlateral_resolution_m = 'on'", ["traffic.lateral_resolution_m", "'own'", "'on'"]),
+    "text sublanes": ("[traffic]\nlateral_resolution_m = 'on'", ["traffic.lateral_resolution_m", "'on'"]),
     "unknown matching": ("[fleet]\nmatching = 'nearst'", ["fleet.matching", "'nearst'", "did you mean 'nearest'?"]),
     "unknown engine": ("engine = 'batch'", ["engine", "'batch'", "did you mean 'batched'?"]),
     "unknown attack": ("[[plans]]\nattack = 'drft'", ["plans.0", "unknown attack 'drft'", "did you mean 'drift'?"]),

@@ -7,11 +7,10 @@ import numpy as np
 
 from gpsec.attacks.schedule import Plan, build_plans
 from gpsec.attacks.zones import plans_from_zones, zone_keys
-from gpsec.detection.bounds import Never, Oracle
-from gpsec.detection.models import Models
+from gpsec.detection.models import build_detectors, thresholds_for
 from gpsec.engine import Watchers
 from gpsec.hdmap.map import HDMap, load_map
-from gpsec.hdmap.matching import NEAREST, TRACKED
+from gpsec.hdmap.matching import MODES
 from gpsec.localization.noise_table import noise_table
 from gpsec.localization.registry import RESPONSES
 from gpsec.localization.responses import World
@@ -19,6 +18,7 @@ from gpsec.localization.switch import Localization, SwitchSettings
 from gpsec.pipeline.filter_noise import filter_noise
 from gpsec.pipeline.fleet_choice import FleetChoice, run_profiles
 from gpsec.scenario import Scenario
+from gpsec.scenario.choices import BOUNDS
 from gpsec.sensors.profiles import residual_sigma_m
 from gpsec.sensors.registry import PROFILES
 from gpsec.sensors.sense import Sensors
@@ -26,7 +26,6 @@ from gpsec.traffic.options import SumoOptions, resolve_options
 from gpsec.traffic.session import SumoSession
 from gpsec.traffic.vehicletypes import named_sensors
 
-MATCHING = {"tracked": TRACKED, "nearest": NEAREST}
 
 
 @dataclass(frozen=True)
@@ -56,12 +55,11 @@ def lay_ground(scenario: Scenario) -> Ground:
         GpsecError: a file is missing or wrong.
 
     """
-    lateral = scenario.traffic.lateral_resolution_m
     options = resolve_options(
         scenario.sumocfg,
         seed=scenario.seed,
         step_s=scenario.traffic.step_s,
-        lateral_resolution_m=None if lateral == "own" else lateral,
+        lateral_resolution_m=scenario.traffic.lateral_resolution_m,
     )
     named = named_sensors((*options.additional_files, *options.route_files))
     names = run_profiles(scenario.fleet.profile, named)
@@ -71,7 +69,7 @@ def lay_ground(scenario: Scenario) -> Ground:
     world = World(
         lanes=hd_map.lanes,
         index=hd_map.index,
-        mode=MATCHING[scenario.fleet.matching],
+        mode=MODES[scenario.fleet.matching],
         layer=np.array([hd_map.layer(profile.map_spacing_m) for profile in profiles], np.int32),
         table=noise_table([filter_noise(profile, options.step_s) for profile in profiles]),
         step_s=options.step_s,
@@ -86,19 +84,14 @@ def make_watchers(scenario: Scenario, ground: Ground) -> Watchers:
         GpsecError: there is no model or threshold for one of them.
 
     """
-    names = scenario.detection.detectors
-    profiles = ground.choice.profiles
-    models = Models.load()
-    detectors = models.build(names, profiles, scenario.fleet.matching)
-    thresholds = models.thresholds(names, profiles, scenario.fleet.matching, scenario.detection.false_alarm_rate)
     used = {defence.detector for defence in scenario.defences}
-    bounds = [bound for bound in (Never(), Oracle()) if bound.name in used]
-    scale = [residual_sigma_m(PROFILES[name]) for name in profiles]
+    names = (*scenario.detection.detectors, *(bound for bound in BOUNDS if bound in used))
+    profiles, matching = ground.choice.profiles, scenario.fleet.matching
     return Watchers(
-        names=(*names, *(bound.name for bound in bounds)),
-        detectors=(*detectors, *bounds),
-        thresholds=np.concatenate([thresholds, np.full((len(profiles), len(bounds)), 0.5)], axis=1),
-        scale_m=np.array(scale),
+        names=names,
+        detectors=tuple(build_detectors(names, profiles, matching)),
+        thresholds=thresholds_for(names, profiles, matching, scenario.detection.false_alarm_rate),
+        scale_m=np.array([residual_sigma_m(PROFILES[name]) for name in profiles]),
     )
 
 

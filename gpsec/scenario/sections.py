@@ -56,25 +56,17 @@ class FleetSection(Section):
         return shares
 
 
-def _lateral_resolution(value: Any) -> Any:
-    number = isinstance(value, int | float) and not isinstance(value, bool)
-    if value != "own" and not (number and 0.0 <= value <= 5.0):
-        shown = f"'{value}'" if isinstance(value, str) else value
-        raise ValueError(f"expected metres from 0 (off) to 5, or 'own' for the scenario's own, found {shown}")
-    return value
-
-
 class TrafficSection(Section):
     """How SUMO is run.
 
     Attributes:
         step_s: length of a step; unset takes 0.1 s, or the scenario's own where that is shorter.
-        lateral_resolution_m: width of SUMO's sublanes; 0 turns them off, "own" keeps the scenario's setting.
+        lateral_resolution_m: width of SUMO's sublanes; unset takes the scenario's own, or 0.8 m; 0 turns them off.
     """
 
     # The filters are not valid for longer steps.
     step_s: Annotated[float | None, Unset] = Field(None, gt=0.0, le=0.2)
-    lateral_resolution_m: Annotated[float | Literal["own"], BeforeValidator(_lateral_resolution)] = 0.8
+    lateral_resolution_m: Annotated[float | None, Unset] = Field(None, ge=0.0, le=5.0)
 
 
 class DetectionSection(Section):

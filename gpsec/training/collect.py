@@ -1,0 +1,134 @@
+"""Benign runs for training: traffic is simulated once and then sensed with every profile and matching."""
+
+from pathlib import Path
+
+import numpy as np
+
+from gpsec.arrays import Ints
+from gpsec.detection.logs import ResidualLog
+from gpsec.engine import Answers, Stopwatch
+from gpsec.fleet import Measurements, Tracks, Vehicles
+from gpsec.hdmap.map import HDMap, load_map
+from gpsec.hdmap.matching import MODES, lateral_residual
+from gpsec.pipeline.convoy import Convoy
+from gpsec.sensors.profiles import SensorProfile, residual_sigma_m
+from gpsec.sensors.sense import Sensors
+from gpsec.threads import Threads
+from gpsec.traffic.options import resolve_options
+from gpsec.traffic.recording import RecordedTraffic, Recording, record
+from gpsec.traffic.session import SumoSession
+
+
+def record_traffic(sumocfg: Path, seed: int, duration_s: float | None, target: Path) -> None:
+    """Simulate a scenario with every road vehicle equipped, and keep the truth in the file `target`."""
+    options = resolve_options(sumocfg, seed=seed)
+    lanes = load_map(options.net_file, ()).lane_index
+    with SumoSession(options, lanes, lambda departure: True) as session:
+        record(session, duration_s).save(target)
+
+
+class _ResidualOnly:
+    """An engine that stops at the residual and keeps it; implements `gpsec.engine.Method`."""
+
+    def __init__(self, hd_map: HDMap, profile: SensorProfile, matching: str) -> None:
+        self.answers = Answers.empty(1, 0, 1)
+        self._map = hd_map
+        self._mode = MODES[matching]
+        self._layer = np.array([hd_map.layer(profile.map_spacing_m)], np.int32)
+        self.step_number = 0
+        self.parts: list[tuple[np.ndarray, ...]] = []
+        self._life: dict[int, int] = {}
+        self._lives = 0
+
+    def grow(self, capacity: int) -> None:
+        """Make room for `capacity` track rows."""
+        self.answers.grow(capacity)
+
+    def reset(self, rows: Ints) -> None:
+        """Let `rows` stand for new vehicles."""
+        for row in rows.tolist():
+            self._life[row] = self._lives
+            self._lives += 1
+
+    def copy(self, source: Ints, target: Ints) -> None:
+        """Do nothing: nobody is attacked."""
+
+    def step(
+        self, rows: Ints, tracks: Tracks, vehicles: Vehicles, seen: Measurements, threads: Threads, watch: Stopwatch
+    ) -> None:
+        """Match the fixes and keep what a detector would be given."""
+        threads.run(
+            lateral_residual,
+            rows,
+            self._map.lanes,
+            self._map.index,
+            self._mode,
+            self._layer,
+            tracks.vehicle,
+            tracks.fix_m,
+            tracks.fix_valid,
+            tracks.segment,
+            tracks.residual_m,
+            tracks.residual_valid,
+            vehicles.profile,
+            vehicles.lane,
+            seen.heading_rad,
+            seen.lane_poly,
+            seen.camera_valid,
+        )
+        vehicle = tracks.vehicle[rows]
+        self.parts.append(
+            (
+                np.array([self._life[row] for row in rows.tolist()], np.int32),
+                np.full(len(rows), self.step_number, np.int32),
+                tracks.residual_m[rows],
+                tracks.residual_valid[rows],
+                seen.speed_mps[vehicle],
+                2.0 * seen.lane_poly[vehicle, 2],
+                seen.camera_sigma_m[vehicle],
+            )
+        )
+
+
+def residual_log(
+    recording: Recording, net_file: Path, network: str, profile: SensorProfile, matching: str, seed: int
+) -> ResidualLog:
+    """Return the residuals that vehicles of one profile would have seen in recorded traffic, without an attack."""
+    source = RecordedTraffic(recording)
+    hd_map = load_map(net_file, (profile.map_spacing_m,))
+    method = _ResidualOnly(hd_map, profile, matching)
+    convoy = Convoy(
+        seed=seed,
+        step_s=source.step_s,
+        settle_s=0.0,
+        origin_s=float(recording.time_s[0]) if len(recording) else 0.0,
+        hd_map=hd_map,
+        sensors=Sensors((profile,), source.step_s),
+        profile_of=lambda departure: 0,
+        plans=(),
+        method=method,
+        outcome_rows=(),
+        close=lambda rows, ended_s: None,
+        threads=Threads(1),
+        watch=Stopwatch(),
+    )
+    for frame in source.frames(None):
+        method.step_number = frame.step
+        convoy.step(frame)
+    columns = [np.concatenate(column) for column in zip(*method.parts, strict=True)]
+    order = np.lexsort((columns[1], columns[0]))
+    vehicle, step, residual, valid, speed, curvature, sigma = (column[order] for column in columns)
+    return ResidualLog(
+        network=network,
+        profile=profile.name,
+        matching=matching,
+        step_s=source.step_s,
+        scale_m=residual_sigma_m(profile),
+        vehicle=vehicle,
+        step=step,
+        residual_m=residual,
+        valid=valid,
+        speed_mps=speed,
+        curvature_per_m=curvature,
+        camera_sigma_m=sigma,
+    )
