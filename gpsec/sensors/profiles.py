@@ -1,0 +1,158 @@
+"""What a vehicle's sensors are good for: rates, latencies, noise, biases and outages, each figure with its source.
+
+All figures are one standard deviation of one axis. A channel's error is white noise, drawn anew for each sample,
+plus a first-order Gauss-Markov bias of standard deviation σ and correlation time τ. Outages begin at random with
+a mean rate and last exponentially long; ``outage_mean_s = 0`` makes each last a single step.
+"""
+
+from collections.abc import Mapping
+from math import sqrt
+from typing import Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+
+class Sourced(BaseModel):
+    """Numbers that must each say where they come from.
+
+    Attributes:
+        sources: figure (field name) -> publication, data sheet, or the assumption that was made.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    sources: Mapping[str, str]
+
+    def figures(self) -> dict[str, float]:
+        """Return the value of every figure by its name."""
+        return {name: value for name, value in self if isinstance(value, int | float)}
+
+    @model_validator(mode="after")
+    def _every_figure_has_a_source(self) -> Self:
+        if missing := sorted(set(self.figures()) - {name for name, text in self.sources.items() if text.strip()}):
+            raise ValueError(f"no source given for {', '.join(missing)}")
+        if unknown := sorted(set(self.sources) - set(self.figures())):
+            raise ValueError(f"source given for {', '.join(unknown)}, which is no figure of this channel")
+        return self
+
+
+class Channel(Sourced):
+    """What every channel has.
+
+    Attributes:
+        rate_hz: samples per second; the loop uses at most one a step.
+        latency_s: age of what a sample describes when it arrives.
+        outages_per_h: mean number of outages that begin in an hour.
+        outage_mean_s: mean length of an outage.
+    """
+
+    rate_hz: float = Field(gt=0.0, le=10_000.0)
+    latency_s: float = Field(ge=0.0, le=1.0)
+    outages_per_h: float = Field(ge=0.0, le=36_000.0)
+    outage_mean_s: float = Field(ge=0.0, le=3_600.0)
+
+
+class Gnss(Channel):
+    """Position fix, per horizontal axis.
+
+    Attributes:
+        white_m: white noise of a fix.
+        bias_m, bias_tau_s: slow error (atmosphere, orbits, multipath, map alignment of a fused pose).
+    """
+
+    white_m: float = Field(ge=0.0, le=100.0)
+    bias_m: float = Field(ge=0.0, le=100.0)
+    bias_tau_s: float = Field(gt=0.0, le=1e6)
+
+
+class Gyro(Channel):
+    """Yaw rate.
+
+    Attributes:
+        angle_random_walk_deg_per_sqrt_h: white noise; the mean over a step dt has σ = ARW/60·π/180/√dt rad/s.
+        bias_deg_per_h, bias_tau_s: bias instability.
+    """
+
+    angle_random_walk_deg_per_sqrt_h: float = Field(ge=0.0, le=100.0)
+    bias_deg_per_h: float = Field(ge=0.0, le=10_000.0)
+    bias_tau_s: float = Field(gt=0.0, le=1e6)
+
+
+class Odometer(Channel):
+    """Wheel speed.
+
+    Attributes:
+        white_mps: white noise of a sample.
+        scale_ratio: spread of the scale error among vehicles, constant for a journey (the limit τ → ∞ of a bias).
+    """
+
+    white_mps: float = Field(ge=0.0, le=10.0)
+    scale_ratio: float = Field(ge=0.0, le=0.2)
+
+
+class Heading(Channel):
+    """Yaw as the vehicle knows it (dual antenna or INS).
+
+    Attributes:
+        white_deg: white noise of a sample.
+        bias_deg, bias_tau_s: slow error of the alignment.
+    """
+
+    white_deg: float = Field(ge=0.0, le=10.0)
+    bias_deg: float = Field(ge=0.0, le=10.0)
+    bias_tau_s: float = Field(gt=0.0, le=1e6)
+
+
+class Camera(Channel):
+    """Lane camera that gives C0 … C3 (Eq 1).
+
+    Attributes:
+        white_m: white noise of C0 where the whole range is in view.
+        bias_m, bias_tau_s: slow error of C0 (width and wear of the paint, pitch).
+        mount_m: spread of the mounting offset among vehicles, constant for a vehicle.
+        range_m: length of lane that the polynomial is fitted to.
+        field_of_view_deg: horizontal; a curve leaves it before the range ends.
+        trust_limit_m: the camera reports no lane when the σ that it states for C0 exceeds this.
+    """
+
+    white_m: float = Field(ge=0.0, le=10.0)
+    bias_m: float = Field(ge=0.0, le=10.0)
+    bias_tau_s: float = Field(gt=0.0, le=1e6)
+    mount_m: float = Field(ge=0.0, le=1.0)
+    range_m: float = Field(ge=5.0, le=200.0)
+    field_of_view_deg: float = Field(ge=10.0, le=180.0)
+    trust_limit_m: float = Field(gt=0.0, le=10.0)
+
+
+class SensorProfile(Sourced):
+    """The sensors and the HD map of one kind of vehicle.
+
+    Attributes:
+        name: by which scenarios and vehicle types choose it.
+        title: one line for lists.
+        map_spacing_m: spacing of the points that the vehicle's own map has on a lane's centre line.
+        gnss, gyro, odometer, heading, camera: the channels.
+    """
+
+    name: str = Field(pattern=r"^[a-z][a-z0-9_]*$")
+    title: str
+    map_spacing_m: float = Field(gt=0.0, le=100.0)
+    gnss: Gnss
+    gyro: Gyro
+    odometer: Odometer
+    heading: Heading
+    camera: Camera
+
+    def channels(self) -> dict[str, Channel]:
+        """Return the five channels by name."""
+        return {name: value for name, value in self if isinstance(value, Channel)}
+
+
+def residual_sigma_m(profile: SensorProfile) -> float:
+    """Return σ of the residual z = d_camera - d_map(fix) that a profile promises on a straight marked road.
+
+    The five independent parts are the camera's white noise, bias and mounting offset, and the white noise and
+    bias of one axis of the fix. The map is exact on a straight road, whatever its spacing.
+    """
+    camera, gnss = profile.camera, profile.gnss
+    parts = (camera.white_m, camera.bias_m, camera.mount_m, gnss.white_m, gnss.bias_m)
+    return sqrt(sum(part * part for part in parts))

@@ -1,0 +1,79 @@
+"""Synthetic sensors of a whole fleet: truth in, measurements out."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import ceil
+from typing import TypeVar
+
+from gpsec.arrays import Ints
+from gpsec.errors import GpsecError
+from gpsec.fleet import Measurements, Rows, Vehicles
+from gpsec.sensors.profiles import SensorProfile
+from gpsec.sensors.sense_kernels import enter_rows, sense_rows
+from gpsec.sensors.state import SensorState
+from gpsec.sensors.table import LATENCY, ProfileTable, pack
+from gpsec.sensors.views import Memory, Samples, Truth
+from gpsec.threads import Threads
+
+V = TypeVar("V", Truth, Memory, Samples)
+
+
+def _view(view: type[V], rows: Rows) -> V:
+    return view(*(getattr(rows, name) for name in view._fields))
+
+
+@dataclass(frozen=True)
+class Sensors:
+    """The sensors of a run; what changes is in a `SensorState`.
+
+    Attributes:
+        profiles: those of the run; `Vehicles.profile` is an index into them.
+        step_s: length of a step.
+
+    Raises:
+        GpsecError: there is no profile, one appears twice, or a channel is slower than the model allows.
+    """
+
+    profiles: tuple[SensorProfile, ...]
+    step_s: float
+
+    def __post_init__(self) -> None:
+        if not self.step_s > 0.0:
+            raise GpsecError(f"sensors: expected a positive step length, found {self.step_s:g} s")
+        _ = self.table
+
+    @cached_property
+    def table(self) -> ProfileTable:
+        """The profiles as arrays for kernels."""
+        return pack(self.profiles, self.step_s)
+
+    def new_state(self, capacity: int) -> SensorState:
+        """Return the sensors' own arrays for `capacity` vehicle rows."""
+        latency = max(self.table.gnss[:, LATENCY].max(), self.table.camera[:, LATENCY].max())
+        return SensorState.empty(capacity, slip_steps=ceil(latency) + 1)
+
+    def enter(self, state: SensorState, vehicles: Vehicles, rows: Ints, step: int) -> None:
+        """Give `rows` to vehicles that enter: forget all, and draw their biases, constants and lasting outages.
+
+        What is constant for a vehicle depends on its key alone, the rest on its key and the `step` of entry.
+        `vehicles.key` and `vehicles.profile` must be set.
+        """
+        state.reset(rows)
+        enter_rows(rows, step, _view(Truth, vehicles), self.table, _view(Memory, state))
+
+    def sense(
+        self,
+        state: SensorState,
+        vehicles: Vehicles,
+        measurements: Measurements,
+        rows: Ints,
+        step: int,
+        threads: Threads,
+    ) -> None:
+        """Fill the measurements of (n,) vehicle `rows` for this step, from the truth after it.
+
+        To be called once in every step between `enter` and departure. Draws are counted by `step`, the number
+        of the step in the run (from 0). Where a sample is missing, its mask is false and its value the last one.
+        """
+        truth, memory, samples = _view(Truth, vehicles), _view(Memory, state), _view(Samples, measurements)
+        threads.run(sense_rows, rows, step, self.step_s, truth, self.table, memory, samples)

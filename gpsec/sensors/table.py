@@ -1,0 +1,136 @@
+"""The profiles of a run as arrays for kernels, one row a profile, in SI units and per step."""
+
+from collections.abc import Callable, Sequence
+from math import exp, pi, radians, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from gpsec.arrays import Floats
+from gpsec.errors import GpsecError
+from gpsec.sensors.profiles import Channel, SensorProfile
+
+# Columns of a channel: samples per step (1 means one in every step); latency in steps, with its fraction; probability
+# per step that an outage begins and that it is over; σ of the white noise of a sample; stationary σ of the bias (of
+# the odometer: of its scale). Over one step the bias becomes DECAY·bias + KICK·n, with n standard normal.
+TICKS, LATENCY, OUTAGE_BEGIN, OUTAGE_END, WHITE, BIAS, DECAY, KICK = range(8)
+# Further columns of the camera: σ of the mounting offset; length of lane that is fitted on a straight road; half of
+# the field of view in rad; largest stated σ with which a lane is reported.
+MOUNT, RANGE, HALF_VIEW, TRUST = range(8, 12)
+
+
+class ProfileTable(NamedTuple):
+    """The channels of P profiles, a row each; see the columns above. Errors are in m, rad/s, m/s, rad and m.
+
+    Attributes:
+        gnss, gyro, odometer, heading: (P, 8).
+        camera: (P, 12).
+    """
+
+    gnss: Floats
+    gyro: Floats
+    odometer: Floats
+    heading: Floats
+    camera: Floats
+
+
+def angle_random_walk_rps(arw_deg_per_sqrt_h: float, step_s: float) -> float:
+    """Return σ in rad/s of a yaw rate averaged over a step: ARW/60 is °/√s, and the mean of dt has 1/√dt of it."""
+    return radians(arw_deg_per_sqrt_h / 60.0) / sqrt(step_s)
+
+
+def _channel(
+    profiles: Sequence[SensorProfile],
+    step_s: float,
+    channel: Callable[[SensorProfile], Channel],
+    errors: Callable[[SensorProfile], tuple[float, float, float]],
+) -> Floats:
+    rows = []
+    for profile in profiles:
+        of = channel(profile)
+        white, bias, tau_s = errors(profile)
+        decay = exp(-step_s / tau_s)
+        rows.append(
+            (
+                of.rate_hz * step_s,
+                of.latency_s / step_s,
+                1.0 - exp(-of.outages_per_h * step_s / 3600.0),
+                1.0 - exp(-step_s / of.outage_mean_s) if of.outage_mean_s > 0.0 else 1.0,
+                white,
+                bias,
+                decay,
+                bias * sqrt(1.0 - decay * decay),
+            )
+        )
+    table = np.array(rows)
+    # 10 Hz at a step of 0.1 s is one sample a step, whatever the last bit of the product says.
+    table[table[:, TICKS] > 1.0 - 1e-9, TICKS] = 1.0
+    return table
+
+
+def _check(profiles: Sequence[SensorProfile], step_s: float) -> None:
+    names = [profile.name for profile in profiles]
+    if not names:
+        raise GpsecError("sensors: expected at least one sensor profile, found none")
+    for name in names:
+        if names.count(name) > 1:
+            raise GpsecError(f"sensors: expected each sensor profile once, found '{name}' {names.count(name)} times")
+    for profile in profiles:
+        for name in ("gyro", "odometer", "heading"):
+            latency_s = profile.channels()[name].latency_s
+            if latency_s > step_s:
+                raise GpsecError(
+                    f"sensor profile '{profile.name}': {name}.latency_s is {latency_s:g}, expected at most "
+                    f"the step length of {step_s:g} s"
+                )
+
+
+def pack(profiles: Sequence[SensorProfile], step_s: float) -> ProfileTable:
+    """Return the tables of (P,) profiles for a loop of `step_s`.
+
+    Raises:
+        GpsecError: there is no profile, one appears twice, or a channel is slower than the model allows.
+    """
+    _check(profiles, step_s)
+    rps_of_deg_per_h = pi / 180.0 / 3600.0
+    lenses = [
+        (c.mount_m, c.range_m, radians(c.field_of_view_deg) / 2.0, c.trust_limit_m)
+        for c in (profile.camera for profile in profiles)
+    ]
+    camera = _channel(
+        profiles,
+        step_s,
+        lambda p: p.camera,
+        lambda p: (p.camera.white_m, p.camera.bias_m, p.camera.bias_tau_s),
+    )
+    return ProfileTable(
+        gnss=_channel(
+            profiles,
+            step_s,
+            lambda p: p.gnss,
+            lambda p: (p.gnss.white_m, p.gnss.bias_m, p.gnss.bias_tau_s),
+        ),
+        gyro=_channel(
+            profiles,
+            step_s,
+            lambda p: p.gyro,
+            lambda p: (
+                angle_random_walk_rps(p.gyro.angle_random_walk_deg_per_sqrt_h, step_s),
+                p.gyro.bias_deg_per_h * rps_of_deg_per_h,
+                p.gyro.bias_tau_s,
+            ),
+        ),
+        odometer=_channel(
+            profiles,
+            step_s,
+            lambda p: p.odometer,
+            lambda p: (p.odometer.white_mps, p.odometer.scale_ratio, float("inf")),
+        ),
+        heading=_channel(
+            profiles,
+            step_s,
+            lambda p: p.heading,
+            lambda p: (radians(p.heading.white_deg), radians(p.heading.bias_deg), p.heading.bias_tau_s),
+        ),
+        camera=np.concatenate([camera, lenses], axis=1),
+    )
