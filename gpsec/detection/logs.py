@@ -1,0 +1,163 @@
+"""Benign residual sequences, as training and calibration read them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from hashlib import blake2b
+from typing import Self
+
+import numpy as np
+
+from gpsec.arrays import Flags, Floats, Ints
+from gpsec.detection.base import Observation
+from gpsec.errors import GpsecError
+
+
+@dataclass(frozen=True)
+class ResidualLog:
+    """What one benign run gave for the vehicles of one sensor profile; n samples sorted by vehicle, then step.
+
+    A step of a vehicle that is missing counts as one without a valid residual.
+
+    Attributes:
+        network: name of the road network; profile, matching: as in the models.
+        step_s: length of a step.
+        scale_m: standard deviation of the residual that the profile promises.
+        vehicle, step: (n,) number of the vehicle within this log, and of the step.
+        residual_m, valid, speed_mps, curvature_per_m, camera_sigma_m: (n,) as in `Observation`.
+    """
+
+    network: str
+    profile: str
+    matching: str
+    step_s: float
+    scale_m: float
+    vehicle: Ints
+    step: Ints
+    residual_m: Floats
+    valid: Flags
+    speed_mps: Floats
+    curvature_per_m: Floats
+    camera_sigma_m: Floats
+
+    def select(self, chosen: Flags) -> Self:
+        """Return the (n,) chosen samples."""
+        columns = ("vehicle", "step", "residual_m", "valid", "speed_mps", "curvature_per_m", "camera_sigma_m")
+        return replace(self, **{name: getattr(self, name)[chosen] for name in columns})
+
+
+def split(logs: Sequence[ResidualLog], share: float, seed: int) -> tuple[list[ResidualLog], list[ResidualLog]]:
+    """Split every log by vehicles: about `share` of them in the first part, the others in the second.
+
+    Which part a vehicle goes to depends on (seed, network, vehicle) only.
+    """
+    first, second = [], []
+    for log in logs:
+        here = np.unique(log.vehicle)
+        salt = f"{seed}/{log.network}/".encode()
+        draws = [int.from_bytes(blake2b(salt + str(v).encode(), digest_size=4).digest(), "big") for v in here]
+        chosen = np.isin(log.vehicle, here[np.asarray(draws, np.int64) < share * 2**32])
+        first.append(log.select(chosen))
+        second.append(log.select(~chosen))
+    return first, second
+
+
+@dataclass(frozen=True)
+class Grid:
+    """The logs of one profile and matching side by side, each vehicle from its first step; T steps, V vehicles.
+
+    Vehicles are sorted by the length of their sequence, the longest first.
+
+    Attributes:
+        step_s: length of a step.
+        length: (V,) steps of a vehicle.
+        scale_m: (V,) see `ResidualLog`.
+        residual_m, valid, speed_mps, curvature_per_m, camera_sigma_m: (T, V).
+    """
+
+    step_s: float
+    length: Ints
+    scale_m: Floats
+    residual_m: Floats
+    valid: Flags
+    speed_mps: Floats
+    curvature_per_m: Floats
+    camera_sigma_m: Floats
+
+    @classmethod
+    def of(cls, logs: Sequence[ResidualLog]) -> Self:
+        """Lay out logs, which must have one profile, matching and step length.
+
+        Raises:
+            GpsecError: they differ, are empty or not sorted.
+        """
+        kinds = {(log.profile, log.matching, log.step_s) for log in logs}
+        if len(kinds) != 1:
+            raise GpsecError(f"residual logs: expected one profile, matching and step length, found {sorted(kinds)}")
+        starts, lengths, scales = [], [], []
+        for log in logs:
+            order = np.lexsort((log.step, log.vehicle))
+            if not np.array_equal(order, np.arange(len(order))):
+                raise GpsecError(f"residual log of {log.network}: expected samples sorted by vehicle, then step")
+            _, start, count = np.unique(log.vehicle, return_index=True, return_counts=True)
+            starts.append(start)
+            lengths.append(log.step[start + count - 1] - log.step[start] + 1 if len(start) else start)
+            scales.append(np.full(len(start), log.scale_m))
+        length = np.concatenate(lengths).astype(np.int32)
+        if not len(length):
+            raise GpsecError(f"residual logs of profile '{logs[0].profile}': expected vehicles, found none")
+        order = np.argsort(-length, kind="stable")
+        column = np.empty(len(order), np.int64)
+        column[order] = np.arange(len(order))
+        shape = (int(length.max()), len(length))
+        grid = cls(
+            step_s=logs[0].step_s,
+            length=length[order],
+            scale_m=np.concatenate(scales)[order],
+            residual_m=np.zeros(shape),
+            valid=np.zeros(shape, np.bool_),
+            speed_mps=np.zeros(shape),
+            curvature_per_m=np.zeros(shape),
+            camera_sigma_m=np.zeros(shape),
+        )
+        before = 0
+        for log, start in zip(logs, starts, strict=True):
+            own = np.cumsum(np.bincount(start, minlength=len(log.vehicle))) - 1 if len(start) else start
+            at = (log.step - log.step[start][own], column[before + own]) if len(start) else ([], [])
+            for name in ("residual_m", "valid", "speed_mps", "curvature_per_m", "camera_sigma_m"):
+                getattr(grid, name)[at] = getattr(log, name)
+            before += len(start)
+        return grid
+
+    def active(self, step: int) -> int:
+        """Return how many vehicles have a sequence longer than `step`: the first ones."""
+        return int(np.searchsorted(-self.length, -step, side="left"))
+
+    def observe(self, step: int, copies: int = 1) -> Observation:
+        """Return one step of the active vehicles; copy c of vehicle v owns row c·V + v."""
+        m, vehicles = self.active(step), len(self.length)
+        rows = np.concatenate([np.arange(m, dtype=np.int32) + c * vehicles for c in range(copies)])
+
+        def tiled(array: np.ndarray) -> np.ndarray:
+            return np.tile(array[:m], copies)
+
+        return Observation(
+            rows=rows.astype(np.int32),
+            profile=np.zeros(len(rows), np.int32),
+            residual_m=tiled(self.residual_m[step]),
+            valid=tiled(self.valid[step]),
+            scale_m=tiled(self.scale_m),
+            speed_mps=tiled(self.speed_mps[step]),
+            curvature_per_m=tiled(self.curvature_per_m[step]),
+            camera_sigma_m=tiled(self.camera_sigma_m[step]),
+            step_s=self.step_s,
+        )
+
+
+def sessions(grid: Grid, gap_steps: int) -> list[tuple[int, Ints]]:
+    """Return (vehicle, steps with a valid residual) of every stretch without a gap longer than `gap_steps`."""
+    found = []
+    for vehicle in range(len(grid.length)):
+        steps = np.flatnonzero(grid.valid[:, vehicle]).astype(np.int32)
+        cuts = np.flatnonzero(np.diff(steps) > gap_steps) + 1
+        found += [(vehicle, piece) for piece in np.split(steps, cuts) if len(piece)]
+    return found

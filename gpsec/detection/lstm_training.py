@@ -1,0 +1,157 @@
+"""Trains the LSTM with torch on benign residuals."""
+
+import copy
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from torch import nn
+
+from gpsec.arrays import Floats32
+from gpsec.detection.alarm import GAP_S, steps_in
+from gpsec.detection.learned import Learned, Progress, silent
+from gpsec.detection.logs import Grid, ResidualLog, sessions, split
+from gpsec.detection.lstm import CLIP, HIDDEN, INPUTS
+from gpsec.errors import GpsecError
+
+LENGTH = 128
+BATCH = 64
+EPOCHS = 20
+PATIENCE = 4
+LEARNING_RATE = 4e-3
+HELD_OUT = 0.15
+MAX_WINDOWS = 3000
+# A match to the wrong lane may be a dozen scales off; it shall not steer the training.
+TARGET_CLIP = 5.0
+
+
+class ResidualLstm(nn.Module):
+    """Predicts each residual of a sequence from the ones before it."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.lstm = nn.LSTM(len(INPUTS), HIDDEN, batch_first=True)
+        self.head = nn.Linear(HIDDEN, 1)
+
+    def forward(self, inputs: torch.Tensor) -> torch.Tensor:
+        """Return (b, t) predictions of (b, t, K) inputs, beginning with an empty memory."""
+        hidden, _ = self.lstm(inputs)
+        predictions: torch.Tensor = self.head(hidden)[..., 0]
+        return predictions
+
+
+@dataclass(frozen=True)
+class Sequences:
+    """Training windows: inputs (w, L, K), the residual to predict (w, L), and weight (w, L), 0 in the padding."""
+
+    inputs: torch.Tensor
+    target: torch.Tensor
+    weight: torch.Tensor
+
+    def __len__(self) -> int:
+        return len(self.inputs)
+
+    def batches(self, order: torch.Tensor) -> Iterator["Sequences"]:
+        """Yield the windows of `order`, `BATCH` at a time."""
+        for chosen in torch.split(order, BATCH):
+            yield Sequences(self.inputs[chosen], self.target[chosen], self.weight[chosen])
+
+
+def learn(logs: Sequence[ResidualLog], seed: int, progress: Progress = silent) -> Learned:
+    """Return the arrays of a network that was fitted to benign residuals; see `lstm.Network`.
+
+    Adam on the Huber loss, with a cosine schedule; the epoch that is best on held-out vehicles is kept. One thread, so
+    that the result depends on `seed` alone.
+
+    Raises:
+        GpsecError: there are too few sequences to hold some out.
+    """
+    held_out, fitted = split(logs, HELD_OUT, seed)
+    train, check = _sequences(fitted, seed), _sequences(held_out, seed)
+    if not (len(train) and len(check)):
+        raise GpsecError(f"residual logs of profile '{logs[0].profile}': too few vehicles to train the LSTM")
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        with torch.random.fork_rng(devices=[]):
+            torch.manual_seed(seed)
+            return to_arrays(_fit(train, check, progress))
+    finally:
+        torch.set_num_threads(threads)
+
+
+def to_arrays(model: ResidualLstm) -> Learned:
+    """Return the weights of a network as the kernel reads them."""
+    weights = {name: value.detach().numpy() for name, value in model.named_parameters()}
+    both = np.concatenate([weights["lstm.weight_ih_l0"].T, weights["lstm.weight_hh_l0"].T])
+    return {
+        "weight": np.ascontiguousarray(both, np.float32),
+        "bias": weights["lstm.bias_ih_l0"] + weights["lstm.bias_hh_l0"],
+        "head": weights["head.weight"][0].copy(),
+        "offset": np.asarray(weights["head.bias"][0], np.float32),
+    }
+
+
+def _sequences(logs: Sequence[ResidualLog], seed: int) -> Sequences:
+    if not any(len(log.vehicle) for log in logs):
+        return Sequences(torch.zeros(0, LENGTH, len(INPUTS)), torch.zeros(0, LENGTH), torch.zeros(0, LENGTH))
+    grid = Grid.of(logs)
+    inputs: list[Floats32] = []
+    targets: list[Floats32] = []
+    for vehicle, steps in sessions(grid, steps_in(GAP_S, grid.step_s)):
+        scale = grid.scale_m[vehicle]
+        residual = np.clip(grid.residual_m[steps, vehicle] / scale, -TARGET_CLIP, TARGET_CLIP)
+        columns = [
+            np.clip(np.concatenate([[0.0], residual[:-1]]), -CLIP, CLIP),
+            np.clip(40.0 * grid.curvature_per_m[steps, vehicle], -4.0, 4.0),
+            np.minimum(0.05 * grid.speed_mps[steps, vehicle], 4.0),
+            np.minimum(grid.camera_sigma_m[steps, vehicle] / scale, 4.0),
+        ]
+        table = np.stack(columns, axis=1).astype(np.float32)
+        for first in range(0, len(steps), LENGTH):
+            inputs.append(table[first : first + LENGTH])
+            targets.append(residual[first : first + LENGTH].astype(np.float32))
+    order = np.random.default_rng(seed).permutation(len(inputs))[:MAX_WINDOWS]
+    padded = np.zeros((len(order), LENGTH, len(INPUTS)), np.float32)
+    target, weight = np.zeros(padded.shape[:2], np.float32), np.zeros(padded.shape[:2], np.float32)
+    for row, source in enumerate(order):
+        size = len(targets[source])
+        padded[row, :size], target[row, :size], weight[row, :size] = inputs[source], targets[source], 1.0
+    return Sequences(torch.from_numpy(padded), torch.from_numpy(target), torch.from_numpy(weight))
+
+
+def _loss(model: ResidualLstm, batch: Sequences) -> tuple[torch.Tensor, torch.Tensor]:
+    """Return the summed loss and the number of samples."""
+    loss = nn.functional.huber_loss(model(batch.inputs), batch.target, reduction="none", delta=2.0)
+    return (loss * batch.weight).sum(), batch.weight.sum()
+
+
+def _fit(train: Sequences, check: Sequences, progress: Progress) -> ResidualLstm:
+    model = ResidualLstm()
+    best, best_loss, stale = copy.deepcopy(model), float("inf"), 0
+    optimizer = torch.optim.Adam(model.parameters(), lr=LEARNING_RATE)
+    batches = -(-len(train) // BATCH)
+    schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, EPOCHS * batches)
+    for epoch in range(EPOCHS):
+        progress("training lstm", epoch, EPOCHS)
+        model.train()
+        for batch in train.batches(torch.randperm(len(train))):
+            total, count = _loss(model, batch)
+            optimizer.zero_grad()
+            (total / count).backward()  # type: ignore[no-untyped-call]
+            nn.utils.clip_grad_norm_(model.parameters(), 1.0)
+            optimizer.step()
+            schedule.step()
+        model.eval()
+        with torch.inference_mode():
+            losses = [_loss(model, batch) for batch in check.batches(torch.arange(len(check)))]
+        loss = float(sum(total for total, _ in losses)) / float(sum(count for _, count in losses))
+        if loss < best_loss - 1e-5:
+            best, best_loss, stale = copy.deepcopy(model), loss, 0
+        else:
+            stale += 1
+            if stale == PATIENCE:
+                break
+    progress("training lstm", EPOCHS, EPOCHS)
+    return best

@@ -1,0 +1,65 @@
+"""The detectors that can be chosen by name."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from gpsec.detection.base import Detector, LabelledDetector
+from gpsec.detection.bounds import Never, Oracle
+from gpsec.detection.chi_square import ChiSquare
+from gpsec.detection.cusum import Cusum
+from gpsec.detection.isolation_forest import IsolationForest
+from gpsec.detection.learned import Learned, Progress
+from gpsec.detection.logs import ResidualLog
+from gpsec.detection.lstm import Lstm
+from gpsec.registry import Registry
+
+
+@dataclass(frozen=True)
+class Entry:
+    """How to come by a detector.
+
+    Attributes:
+        description: one line for a list.
+        build: makes it for profiles, given what it learned on each; nothing where `learn` is None.
+        learn: learn(logs, seed, progress) gives the arrays for one profile and matching.
+        threshold: what it is compared with where that is not calibrated, None where it is.
+    """
+
+    description: str
+    build: Callable[[Sequence[Learned]], Detector | LabelledDetector]
+    learn: Callable[[Sequence[ResidualLog], int, Progress], Learned] | None = None
+    threshold: float | None = None
+
+
+# Training needs scipy, scikit-learn and torch; a run does not, so they are imported by the one who trains.
+def _learn_cusum(logs: Sequence[ResidualLog], seed: int, progress: Progress) -> Learned:
+    from gpsec.detection import whitening
+
+    return whitening.learn(logs, seed, progress)
+
+
+def _learn_forest(logs: Sequence[ResidualLog], seed: int, progress: Progress) -> Learned:
+    from gpsec.detection import forest_training
+
+    return forest_training.learn(logs, seed, progress)
+
+
+def _learn_lstm(logs: Sequence[ResidualLog], seed: int, progress: Progress) -> Learned:
+    from gpsec.detection import lstm_training
+
+    return lstm_training.learn(logs, seed, progress)
+
+
+DETECTORS: Registry[Entry] = Registry(
+    "detector",
+    {
+        ChiSquare.name: Entry("mean squared normalised residual over a short window", lambda learned: ChiSquare()),
+        Cusum.name: Entry("two-sided cumulative sums of the whitened residual", Cusum.from_learned, _learn_cusum),
+        IsolationForest.name: Entry(
+            "isolation forest on windows of the residual", IsolationForest.from_learned, _learn_forest
+        ),
+        Lstm.name: Entry("squared error of an LSTM's prediction of the residual", Lstm.from_learned, _learn_lstm),
+        Oracle.name: Entry("is told the truth: the upper bound", lambda learned: Oracle(), threshold=0.5),
+        Never.name: Entry("never raises an alarm: the lower bound", lambda learned: Never(), threshold=1.0),
+    },
+)

@@ -1,0 +1,114 @@
+"""Trains and calibrates every detector on benign runs."""
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import fields, is_dataclass
+from importlib.metadata import version
+from typing import Any
+
+from gpsec.detection.base import Detector
+from gpsec.detection.calibration import RATES, Calibrated, calibrate
+from gpsec.detection.learned import Learned, Progress, silent
+from gpsec.detection.logs import ResidualLog, split
+from gpsec.detection.models import Models, ProfileModel
+from gpsec.detection.registry import DETECTORS
+from gpsec.threads import Threads
+
+SETTLE_S = 10.0
+TRAINING_SHARE = 0.5
+_PACKAGES = ("gpsec", "numpy", "numba", "scikit-learn", "torch")
+
+
+def train(
+    logs: Sequence[ResidualLog],
+    seed: int = 1,
+    calibration_logs: Sequence[ResidualLog] | None = None,
+    settle_s: float = SETTLE_S,
+    progress: Progress = silent,
+    threads: Threads | None = None,
+) -> Models:
+    """Train and calibrate all detectors for every (profile, matching) among the logs.
+
+    Args:
+        logs: benign runs.
+        seed: of everything random.
+        calibration_logs: benign runs of other seeds; where None, half of the vehicles of `logs` are kept for it.
+        settle_s: age of a vehicle from which on false alarms count; as in the runs that are scored.
+        progress: told of each stage of each (profile, matching).
+        threads: for the kernels of calibration.
+    """
+    training, calibration = split(logs, TRAINING_SHARE, seed) if calibration_logs is None else (logs, calibration_logs)
+    training_by, calibration_by = _grouped(training), _grouped(calibration)
+    models = {}
+    for profile, matching in sorted(training_by):
+
+        def report(stage: str, done: int, total: int, prefix: str = f"{profile}/{matching}") -> None:
+            progress(f"{prefix}: {stage}", done, total)
+
+        models[profile, matching] = train_one(
+            training_by[profile, matching], calibration_by[profile, matching], seed, settle_s, report, threads
+        )
+    return models
+
+
+def train_one(
+    training: Sequence[ResidualLog],
+    calibration: Sequence[ResidualLog],
+    seed: int = 1,
+    settle_s: float = SETTLE_S,
+    progress: Progress = silent,
+    threads: Threads | None = None,
+) -> ProfileModel:
+    """Train on the one, calibrate on the other set of logs, both of one profile and matching.
+
+    Raises:
+        GpsecError: there are too few vehicles, or the logs do not belong together.
+    """
+    learned: dict[str, Learned] = {}
+    thresholds: dict[str, dict[str, Calibrated | None]] = {rate: {} for rate in RATES}
+    settings: dict[str, Any] = {}
+    for name, entry in DETECTORS.items():
+        arrays: list[Learned] = []
+        if entry.learn is not None:
+            learned[name] = entry.learn(training, seed, progress)
+            arrays = [learned[name]]
+        detector = entry.build(arrays)
+        if not isinstance(detector, Detector) or entry.threshold is not None:
+            continue
+        settings[name] = _settings(detector)
+        for rate, found in calibrate(detector, calibration, settle_s, progress, threads).items():
+            thresholds[rate][name] = found
+    provenance = {
+        "seed": seed,
+        "settle_s": settle_s,
+        "training": _describe(training),
+        "calibration": _describe(calibration),
+        "detectors": settings,
+        "versions": {package: version(package) for package in _PACKAGES},
+    }
+    return ProfileModel(learned, thresholds, provenance)
+
+
+def _grouped(logs: Sequence[ResidualLog]) -> Mapping[tuple[str, str], list[ResidualLog]]:
+    groups: dict[tuple[str, str], list[ResidualLog]] = defaultdict(list)
+    for log in logs:
+        groups[log.profile, log.matching].append(log)
+    return groups
+
+
+def _settings(detector: Detector) -> dict[str, Any]:
+    """Return the hyper-parameters: plain numbers and tuples of them, not the arrays."""
+    if not is_dataclass(detector):
+        return {}
+    values = {field.name: getattr(detector, field.name) for field in fields(detector)}
+    return {key: value for key, value in values.items() if key != "learned"}
+
+
+def _describe(logs: Sequence[ResidualLog]) -> dict[str, Any]:
+    return {
+        "networks": sorted({log.network for log in logs}),
+        "vehicles": sum(len(set(log.vehicle.tolist())) for log in logs),
+        "samples": sum(len(log.vehicle) for log in logs),
+        "valid_samples": sum(int(log.valid.sum()) for log in logs),
+        "vehicle_hours": round(sum(len(log.vehicle) * log.step_s for log in logs) / 3600.0, 3),
+    }
