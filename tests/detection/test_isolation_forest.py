@@ -1,0 +1,76 @@
+import numpy as np
+import pytest
+from sklearn.ensemble import IsolationForest as SklearnForest
+
+from gpsec.detection import forest_training
+from gpsec.detection.forest import average_path, join, score
+from gpsec.detection.isolation_forest import FEATURES, WINDOW, IsolationForest
+from gpsec.detection.logs import Grid
+from gpsec.errors import GpsecError
+
+from .synthetic import make_log
+
+
+@pytest.fixture(scope="module")
+def fitted():
+    grid = Grid.of([make_log(30, 300, seed=2)])
+    forest = SklearnForest(n_estimators=12, max_samples=512, random_state=4)
+    return forest.fit(forest_training.windows(grid))
+
+
+def test_score_equals_score_samples(fitted, rng):
+    kernel = join([forest_training.flatten(fitted)], len(FEATURES))
+    # Values on the thresholds themselves as well: there the rounding to float32 matters.
+    samples = rng.normal(scale=2.0, size=(3000, len(FEATURES))).astype(np.float32)
+    tree = fitted.estimators_[0].tree_
+    inner = np.flatnonzero(tree.feature >= 0)
+    for row, node in enumerate(inner[:200]):
+        samples[row, tree.feature[node]] = tree.threshold[node]
+    assert np.abs(score(kernel, 0, samples) + fitted.score_samples(samples)).max() < 1e-12
+
+
+def test_second_profile_uses_its_own_trees(fitted, rng):
+    other = SklearnForest(n_estimators=12, max_samples=100, random_state=1).fit(rng.normal(size=(500, len(FEATURES))))
+    both = join([forest_training.flatten(fitted), forest_training.flatten(other)], len(FEATURES))
+    samples = rng.normal(size=(200, len(FEATURES))).astype(np.float32)
+    for profile, forest in enumerate((fitted, other)):
+        assert np.abs(score(both, profile, samples) + forest.score_samples(samples)).max() < 1e-12
+
+
+def test_detector_scores_windows_as_scikit_learn_does(fitted):
+    grid = Grid.of([make_log(1, 60, seed=8, gaps=False)])
+    detector = IsolationForest.from_learned([forest_training.flatten(fitted)])
+    state = detector.new_state(1)
+    got = [detector.update(state, grid.observe(t), np.ones(1)).statistic[0] for t in range(60)]
+    assert got[: WINDOW - 1] == [0.0] * (WINDOW - 1)
+    u = grid.residual_m[:, 0] / grid.scale_m[0]
+    for t in range(WINDOW - 1, 60):
+        window = u[t - WINDOW + 1 : t + 1]
+        window = -window if window.sum() < 0.0 else window
+        features = np.append(window, window.mean())[None].astype(np.float32)
+        assert abs(got[t] + fitted.score_samples(features)[0]) < 1e-12
+
+
+def test_average_path_by_hand():
+    # c(3) = 2·(ln 2 + γ) - 4/3.
+    assert average_path(np.asarray([1.0, 2.0, 3.0])).tolist() == pytest.approx(
+        [0.0, 1.0, 2.0 * (0.6931471805599453 + 0.5772156649015329) - 4.0 / 3.0], abs=1e-12
+    )
+
+
+@pytest.mark.parametrize(
+    ("key", "change"),
+    [
+        ("child", lambda a: np.zeros_like(a)),
+        ("feature", lambda a: a + 100),
+        ("threshold", lambda a: a[:-1]),
+        ("threshold", lambda a: a.astype(np.float64)),
+        ("threshold", lambda a: a * np.float32(np.nan)),
+        ("root", lambda a: a[:3]),
+    ],
+)
+def test_damaged_trees_are_refused(fitted, key, change):
+    arrays = dict(forest_training.flatten(fitted))
+    arrays[key] = change(arrays[key])
+    with pytest.raises(GpsecError):
+        IsolationForest.from_learned([arrays])

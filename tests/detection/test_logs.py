@@ -1,0 +1,46 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gpsec.detection.logs import Grid, sessions, split
+from gpsec.errors import GpsecError
+
+from .synthetic import make_log
+
+
+def test_grid_aligns_vehicles_at_their_first_step_and_fills_missing_steps():
+    log = make_log(2, 6, seed=1, gaps=False)
+    # Vehicle 0: steps 7, 8, 10; vehicle 1: steps 2 … 6.
+    keep = np.asarray([True, True, False, True, False, False, *[True] * 5, False])
+    log = replace(log, step=log.step + np.repeat(np.asarray([7, 2], np.int32), 6)).select(keep)
+    grid = Grid.of([log])
+    assert grid.length.tolist() == [5, 4]
+    assert grid.valid.T.tolist() == [[True] * 5, [True, True, False, True, False]]
+    assert grid.residual_m[:, 0].tolist() == log.residual_m[3:].tolist()
+    assert grid.residual_m[[0, 1, 3], 1].tolist() == log.residual_m[:3].tolist()
+    assert [grid.active(t) for t in range(5)] == [2, 2, 2, 2, 1]
+    assert [v for v, _ in sessions(grid, gap_steps=1)] == [0, 1, 1]
+
+
+def test_copies_own_rows_of_their_own():
+    grid = Grid.of([make_log(3, 5, seed=1)])
+    assert grid.observe(0, copies=2).rows.tolist() == [0, 1, 2, 3, 4, 5]
+
+
+def test_split_parts_vehicles_and_is_repeatable():
+    logs = [make_log(100, 5, seed=1)]
+    (first,), (second,) = split(logs, 0.3, seed=4)
+    assert set(first.vehicle).isdisjoint(second.vehicle)
+    assert len(set(first.vehicle)) + len(set(second.vehicle)) == 100
+    assert 15 < len(set(first.vehicle)) < 45
+    assert np.array_equal(split(logs, 0.3, seed=4)[0][0].vehicle, first.vehicle)
+    assert not np.array_equal(split(logs, 0.3, seed=5)[0][0].vehicle, first.vehicle)
+
+
+def test_logs_that_do_not_belong_together_are_refused():
+    with pytest.raises(GpsecError, match="one profile"):
+        Grid.of([make_log(2, 5), make_log(2, 5, profile="dsd")])
+    log = make_log(2, 5)
+    with pytest.raises(GpsecError, match="sorted"):
+        Grid.of([log.select(np.arange(len(log.vehicle))[::-1])])
