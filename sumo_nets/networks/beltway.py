@@ -27,7 +27,7 @@ def plan() -> Plan:
         ramps=(
             Ramp(500.0, True, RAMP, 180.0),
             Ramp(1100.0, False, RAMP, 220.0),
-            Ramp(2300.0, True, RAMP, 200.0),
+            Ramp(2050.0, True, RAMP, 200.0),
             Ramp(2800.0, False, RAMP, 220.0),
             Ramp(4200.0, True, RAMP, 200.0),
         ),
