@@ -61,5 +61,3 @@ class Response(ABC):
         self, cells: Cells, filters: FilterState, tracks: Tracks, vehicles: Vehicles, seen: Measurements, world: World
     ) -> None:
         """Correct the filters of `cells` with what is left when GNSS is not trusted."""
-
-

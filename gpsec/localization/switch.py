@@ -12,7 +12,8 @@ import numpy as np
 
 from gpsec.arrays import Flags, Floats, Ints
 from gpsec.fleet import Measurements, Tracks, Vehicles
-from gpsec.kernels import kernel
+from gpsec.geo import wrap_angle
+from gpsec.kernels import inline, kernel
 from gpsec.localization import ekf, ukf
 from gpsec.localization.noise_table import NoiseTable
 from gpsec.localization.responses import Cells, Response, World
@@ -194,6 +195,7 @@ def _propagate(
                 consistent_s[row, d] = 0.0
                 isolated_way_m[row, d] = 0.0
                 segment[row, d] = -1
+                _drop_polluted_yaw(mean[row, d], covariance[row, d], heading_rad[v], table.heading_rad[q])
             if isolated[row, d]:
                 ukf.predict(mean[row, d], covariance[row, d], table, q, speed_mps[v], yaw_rate_rps[v], step_s)
                 isolated_way_m[row, d] += abs(speed_mps[v]) * step_s
@@ -203,6 +205,18 @@ def _propagate(
                 white = table.gnss_white_m[q]
                 repairs[row, d] += ekf.update(mean[row, d], covariance[row, d], innovation[row, d], x, y, white)
                 innovation_valid[row, d] = True
+
+
+@inline
+def _drop_polluted_yaw(mean: Floats, covariance: Floats, heading_rad: float, sigma_rad: float) -> None:
+    """Take the heading sensor's yaw where the filter's contradicts it.
+
+    Fixes that jump sideways turn the EKF's yaw (a jump of 2.4 m by some degrees), and in isolation nothing would
+    correct it. The heading sensor knows nothing of fixes.
+    """
+    if abs(wrap_angle(mean[2] - heading_rad)) > _GATE_SIGMAS * sigma_rad:
+        mean[2] = heading_rad
+        covariance[2, 2] = sigma_rad * sigma_rad
 
 
 @kernel
