@@ -13,6 +13,7 @@ from gpsec.hdmap.arrays import LaneSides, MapArrays, MatchIndex
 from gpsec.kernels import inline, kernel
 
 TRACKED, NEAREST = 0, 1
+MODES = {"tracked": TRACKED, "nearest": NEAREST}
 # Beyond 60° between heading and lane, Eq 6 would stretch the offset more than twofold: there is no match.
 MIN_COS = 0.5
 # Nearest matching looks no further than this from the fix.
@@ -181,7 +182,8 @@ def offset_on(
     """Return the offset d1 = d0 / cos(θ1 - θ2) from a segment (Eq 6), left positive, and the cosine.
 
     θ1 is the heading of the vehicle and θ2 the direction of the lane; against an oncoming lane the cosine is
-    negative, so that left stays the vehicle's left. A cosine below `MIN_COS` in size means no match; the offset is then 0.
+    negative, so that left stays the vehicle's left. A cosine below `MIN_COS` in size means no match; the offset is
+    then 0.
     """
     share, d2 = project(lanes, segment, x_m, y_m, extend)
     cross = lanes.dx[segment] * (y_m - lanes.y0_m[segment]) - lanes.dy[segment] * (x_m - lanes.x0_m[segment])

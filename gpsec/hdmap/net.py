@@ -1,6 +1,8 @@
 """Reads a SUMO network into plain lane records."""
 
 import xml.sax
+import zlib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -32,6 +34,18 @@ _OFF_ROAD_CLASSES = frozenset(
     ]
 )
 _MIN_SEGMENT_M = 1e-3
+# What sumolib lets through where a file is no net; lxml, which it takes where it is installed, raises a SyntaxError.
+_UNREADABLE = (
+    xml.sax.SAXException,
+    SyntaxError,
+    OSError,
+    EOFError,
+    zlib.error,
+    ValueError,
+    LookupError,
+    AttributeError,
+    TypeError,
+)
 
 
 @dataclass(frozen=True)
@@ -75,17 +89,21 @@ def read_net(net_file: Path) -> Net:
         raise GpsecError(f"{net_file}: no such net file")
     try:
         net = sumolib.net.readNet(str(net_file), withInternal=True)
-    except (xml.sax.SAXException, OSError, ValueError, KeyError, AttributeError, TypeError) as error:
+    except _UNREADABLE as error:
         raise GpsecError(f"{net_file}: not a SUMO net that can be read ({type(error).__name__}: {error})") from None
     lanes: list[Lane] = []
+    points: dict[str, tuple[str, ...]] = {}
     for number, edge in enumerate(net.getEdges(True)):
         function = edge.getFunction() or "normal"
-        if function in {"normal", "internal", "connector"}:
-            lanes.extend(
-                _lane(lane, number, function == "internal", net_file)
-                for lane in edge.getLanes()
-                if set(lane.getPermissions()) - _OFF_ROAD_CLASSES and len(_distinct(lane.getShape())) > 1
-            )
+        if function not in {"normal", "internal", "connector"}:
+            continue
+        for lane in edge.getLanes():
+            if not set(lane.getPermissions()) - _OFF_ROAD_CLASSES:
+                continue
+            if len(_distinct(lane.getShape())) > 1:
+                lanes.append(_lane(lane, number, function == "internal", net_file))
+            else:
+                points[lane.getID()] = _successors(lane)
     if not any(not lane.internal for lane in lanes):
         raise GpsecError(f"{net_file}: no lane that a road vehicle may use")
     known = {lane.lane_id for lane in lanes}
@@ -96,7 +114,7 @@ def read_net(net_file: Path) -> Net:
             lane.internal,
             lane.width_m,
             lane.shape_m,
-            tuple(name for name in lane.successors if name in known),
+            tuple(dict.fromkeys(_beyond(lane.successors, known, points))),
         )
         for lane in lanes
     ]
@@ -109,10 +127,23 @@ def _lane(lane: Any, edge: int, internal: bool, net_file: Path) -> Lane:
             f"{net_file}: lane '{lane.getID()}' has a speed of {lane.getSpeed()} m/s, expected more than 0 "
             "(an OpenDRIVE import without a valid speed limit does that)"
         )
-    successors = tuple(
+    return Lane(lane.getID(), edge, internal, float(lane.getWidth()), _distinct(lane.getShape()), _successors(lane))
+
+
+def _successors(lane: Any) -> tuple[str, ...]:
+    return tuple(
         dict.fromkeys(connection.getViaLaneID() or connection.getToLane().getID() for connection in lane.getOutgoing())
     )
-    return Lane(lane.getID(), edge, internal, float(lane.getWidth()), _distinct(lane.getShape()), successors)
+
+
+def _beyond(names: tuple[str, ...], known: set[str], points: dict[str, tuple[str, ...]]) -> Iterator[str]:
+    """Yield the known lanes among `names`, and those behind an internal lane that is only a point."""
+    for name in names:
+        if name in known:
+            yield name
+        elif name in points:
+            others = {point: after for point, after in points.items() if point != name}
+            yield from _beyond(points[name], known, others)
 
 
 def _distinct(shape: Any) -> Floats:

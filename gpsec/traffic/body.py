@@ -27,7 +27,7 @@ def axle_distance(length_m: float) -> float:
 def follow(yaw_rad: float, course_rad: float, moved_m: float, axle_m: float) -> tuple[float, float]:
     """Return the turn of the body and the way of its rear axle while its front moves straight ahead.
 
-    The way is ∫cos φ dd = d + L·ln((1 + t'²)/(1 + t²)) with t = tan(φ/2); it is negative where the front is pushed back.
+    The way is ∫cos φ dd = d + L·ln((1 + t'²)/(1 + t²)) with t = tan(φ/2); negative where the front is pushed back.
     """
     phi = wrap_angle(course_rad - yaw_rad)
     if phi <= -pi + 1e-9:

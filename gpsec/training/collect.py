@@ -19,12 +19,12 @@ from gpsec.traffic.recording import RecordedTraffic, Recording, record
 from gpsec.traffic.session import SumoSession
 
 
-def record_traffic(sumocfg: Path, seed: int, duration_s: float | None, target: Path) -> None:
+def record_traffic(sumocfg: Path, seed: int, target: Path) -> None:
     """Simulate a scenario with every road vehicle equipped, and keep the truth in the file `target`."""
     options = resolve_options(sumocfg, seed=seed)
     lanes = load_map(options.net_file, ()).lane_index
     with SumoSession(options, lanes, lambda departure: True) as session:
-        record(session, duration_s).save(target)
+        record(session, None).save(target)
 
 
 class _ResidualOnly:

@@ -81,13 +81,9 @@ def main(seed: int = 1, out: Path | None = None, jobs: int | None = None) -> Non
             "traffic",
             processes,
             [
-                (
-                    f"traffic {network}, seed {s}",
-                    record_traffic,
-                    (configs[network], s, None, folder / f"{network}-{s}.npz"),
-                )
+                (network, record_traffic, (configs[network], traffic_seed, folder / f"{network}-{traffic_seed}.npz"))
                 for network in NETWORKS
-                for s in seeds
+                for traffic_seed in seeds
             ],
         )
         work = [Job(p, m, seed, folder, nets, *seeds) for p in PROFILES for m in MATCHINGS]
