@@ -195,7 +195,9 @@ def _propagate(
                 consistent_s[row, d] = 0.0
                 isolated_way_m[row, d] = 0.0
                 segment[row, d] = -1
-                _drop_polluted_yaw(mean[row, d], covariance[row, d], heading_rad[v], table.heading_rad[q])
+                # The filter has not turned yet in this step.
+                heading = heading_rad[v] - yaw_rate_rps[v] * step_s
+                _drop_polluted_yaw(mean[row, d], covariance[row, d], heading, table.heading_rad[q])
             if isolated[row, d]:
                 ukf.predict(mean[row, d], covariance[row, d], table, q, speed_mps[v], yaw_rate_rps[v], step_s)
                 isolated_way_m[row, d] += abs(speed_mps[v]) * step_s
