@@ -180,7 +180,7 @@ def _load(folder: Path, net_file: Path) -> HDMap | None:
             Projector(meaning["projection"], tuple(meaning["offset_m"]), str(net_file)),
             tuple(meaning["spacings_m"]),
         )
-    except (OSError, ValueError, KeyError):
+    except (OSError, ValueError, KeyError, TypeError, EOFError):
         return None  # a damaged cache is compiled again
 
 

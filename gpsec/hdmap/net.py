@@ -89,21 +89,10 @@ def read_net(net_file: Path) -> Net:
         raise GpsecError(f"{net_file}: no such net file")
     try:
         net = sumolib.net.readNet(str(net_file), withInternal=True)
+        lanes, points = _drivable(net, net_file)
+        projector = _projector(net, net_file)
     except _UNREADABLE as error:
         raise GpsecError(f"{net_file}: not a SUMO net that can be read ({type(error).__name__}: {error})") from None
-    lanes: list[Lane] = []
-    points: dict[str, tuple[str, ...]] = {}
-    for number, edge in enumerate(net.getEdges(True)):
-        function = edge.getFunction() or "normal"
-        if function not in {"normal", "internal", "connector"}:
-            continue
-        for lane in edge.getLanes():
-            if not set(lane.getPermissions()) - _OFF_ROAD_CLASSES:
-                continue
-            if len(_distinct(lane.getShape())) > 1:
-                lanes.append(_lane(lane, number, function == "internal", net_file))
-            else:
-                points[lane.getID()] = _successors(lane)
     if not any(not lane.internal for lane in lanes):
         raise GpsecError(f"{net_file}: no lane that a road vehicle may use")
     known = {lane.lane_id for lane in lanes}
@@ -118,7 +107,25 @@ def read_net(net_file: Path) -> Net:
         )
         for lane in lanes
     ]
-    return Net(lanes, _projector(net, net_file))
+    return Net(lanes, projector)
+
+
+def _drivable(net: Any, net_file: Path) -> tuple[list[Lane], dict[str, tuple[str, ...]]]:
+    """Return the lanes that road vehicles may use, and the successors of those that are only a point."""
+    lanes: list[Lane] = []
+    points: dict[str, tuple[str, ...]] = {}
+    for number, edge in enumerate(net.getEdges(True)):
+        function = edge.getFunction() or "normal"
+        if function not in {"normal", "internal", "connector"}:
+            continue
+        for lane in edge.getLanes():
+            if not set(lane.getPermissions()) - _OFF_ROAD_CLASSES:
+                continue
+            if len(_distinct(lane.getShape())) > 1:
+                lanes.append(_lane(lane, number, function == "internal", net_file))
+            else:
+                points[lane.getID()] = _successors(lane)
+    return lanes, points
 
 
 def _lane(lane: Any, edge: int, internal: bool, net_file: Path) -> Lane:
@@ -148,6 +155,8 @@ def _beyond(names: tuple[str, ...], known: set[str], points: dict[str, tuple[str
 
 def _distinct(shape: Any) -> Floats:
     points = np.asarray([point[:2] for point in shape], np.float64).reshape(-1, 2)
+    if not np.isfinite(points).all():
+        raise ValueError("the shape of a lane is not finite")
     if len(points) < 2:
         return points
     keep = np.concatenate([[True], np.hypot(*np.diff(points, axis=0).T) > _MIN_SEGMENT_M])
