@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from gpsec.arrays import Flags, Ints
-from gpsec.fleet import Measurements, Rows, Tracks, Vehicles
+from gpsec.fleet import Measurements, Tracks, Vehicles
 from gpsec.hdmap.arrays import MapArrays, MatchIndex
 from gpsec.localization.noise_table import NoiseTable
 from gpsec.localization.state import FilterState
@@ -51,10 +51,6 @@ class Response(ABC):
     name: ClassVar[str]
     # A response that never isolates leaves everything as it is, alarm or not.
     isolates: ClassVar[bool] = True
-
-    def new_state(self, capacity: int) -> Rows | None:
-        """Return arrays of the response's own for `capacity` track rows, None where it needs none."""
-        return None
 
     @abstractmethod
     def correct(

@@ -27,7 +27,6 @@ from gpsec.traffic.session import SumoSession
 from gpsec.traffic.vehicletypes import named_sensors
 
 
-
 @dataclass(frozen=True)
 class Ground:
     """What a run stands on, before the simulation is started.

@@ -25,6 +25,9 @@ from gpsec.scenario import Scenario
 from gpsec.threads import Threads
 from gpsec.traffic.session import SumoSession
 
+# Step length of the benign runs that thresholds were calibrated on.
+CALIBRATED_STEP_S = 0.1
+
 Report = Callable[[Progress], None]
 
 
@@ -41,7 +44,7 @@ def run_scenario(scenario: Scenario, folder: Path, report: Report) -> None:
     report(Progress(scenario.name, stage="loading the net"))
     ground = lay_ground(scenario)
     watchers = make_watchers(scenario, ground)
-    for note in ground.options.notes:
+    for note in (*ground.options.notes, *_warnings(ground)):
         report(Progress(scenario.name, stage="loading the net", note=note))
     with ExitStack() as stack:
         torch.set_num_threads(1)
@@ -193,6 +196,16 @@ class _Run:
                 f"{config}: no vehicle is equipped; expected fleet.equipped_share or the gpsec.equipped of a type"
                 " above 0, and vehicles of road classes"
             )
+
+
+def _warnings(ground: Ground) -> list[str]:
+    """Return what the user should know of a run that is valid but unusual."""
+    if abs(ground.options.step_s - CALIBRATED_STEP_S) < 1e-9:
+        return []
+    return [
+        f"thresholds were calibrated at steps of {CALIBRATED_STEP_S:g} s, this run has {ground.options.step_s:g} s:"
+        " false-alarm rates will differ"
+    ]
 
 
 def _method(scenario: Scenario, ground: Ground, watchers: Watchers) -> Method:
