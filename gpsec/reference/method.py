@@ -1,0 +1,146 @@
+"""The reference engine: residual, detectors and filters of one track after another."""
+
+from copy import deepcopy
+
+from gpsec.arrays import Ints
+from gpsec.engine import Answers, Stopwatch, Watchers
+from gpsec.fleet import Measurements, Tracks, Vehicles
+from gpsec.hdmap.map import HDMap
+from gpsec.localization.noise_table import FilterNoise
+from gpsec.localization.responses import World
+from gpsec.localization.switch import Localization
+from gpsec.reference.detectors import Scale, Watch, watch_maker
+from gpsec.reference.matching import Road
+from gpsec.reference.sight import Sight
+from gpsec.reference.switch import Helm, Rules
+from gpsec.threads import Threads
+
+# As `gpsec.hdmap.matching` numbers it.
+_TRACKED_MODE = 0
+
+
+class ReferenceTrack:
+    """One vehicle under one attack plan: its detectors and its filters.
+
+    Attributes:
+        watches: one for each detector.
+        helm: the filters of all defences.
+
+    """
+
+    def __init__(self, watches: list[Watch], helm: Helm) -> None:
+        self.watches = watches
+        self.helm = helm
+
+
+class ReferenceMethod:
+    """One plain object for each track, by hand from filterpy, shapely and torch; implements `gpsec.engine.Method`.
+
+    Attributes:
+        answers: what was found in the last step.
+
+    """
+
+    def __init__(self, hd_map: HDMap, world: World, watchers: Watchers, localization: Localization) -> None:
+        """Prepare for tracks.
+
+        Raises:
+            GpsecError: there is no reference of a detector or response.
+
+        """
+        self._world = world
+        self._watchers = watchers
+        self._localization = localization
+        self._profiles = len(world.layer)
+        roads = {layer: Road(hd_map, layer, world.mode == _TRACKED_MODE) for layer in set(world.layer.tolist())}
+        self._roads = [roads[layer] for layer in world.layer.tolist()]
+        self._make_watch = [watch_maker(detector, self._profiles) for detector in watchers.detectors]
+        self._tracks: dict[int, ReferenceTrack] = {}
+        self._new_helm(0)  # says now, rather than with the first vehicle, what is missing
+        self.answers = Answers.empty(1, len(watchers.names), len(localization.responses))
+
+    def track(self, row: int) -> ReferenceTrack:
+        """Return the object of a track row in use, for comparisons."""
+        return self._tracks[row]
+
+    def grow(self, capacity: int) -> None:
+        """Make room for `capacity` track rows."""
+        self.answers.grow(capacity)
+
+    def reset(self, rows: Ints) -> None:
+        """Begin anew in `rows`."""
+        self.answers.reset(rows)
+        for row in rows.tolist():
+            self._tracks.pop(row, None)
+
+    def copy(self, source: Ints, target: Ints) -> None:
+        """Let the tracks `target` go on from where the tracks `source` are."""
+        self.answers.copy(source, target)
+        for one, other in zip(source.tolist(), target.tolist(), strict=True):
+            self._tracks.pop(other, None)
+            if one in self._tracks:
+                self._tracks[other] = deepcopy(self._tracks[one])
+
+    def step(
+        self, rows: Ints, tracks: Tracks, vehicles: Vehicles, seen: Measurements, threads: Threads, watch: Stopwatch
+    ) -> None:
+        """Take one step of the track rows `rows`, one after another; `threads` are not used."""
+        for row in rows.tolist():
+            vehicle = int(tracks.vehicle[row])
+            profile = int(vehicles.profile[vehicle])
+            if row not in self._tracks:
+                self._tracks[row] = self._new_track(profile)
+            sight = _sight(row, vehicle, tracks, vehicles, seen)
+            residual_m = self._residual(sight, profile)
+            tracks.residual_valid[row] = residual_m is not None
+            tracks.residual_m[row] = residual_m or 0.0
+            self._answer(row, sight, residual_m, bool(tracks.attacked[row]), profile)
+        watch.lap("reference engine")
+
+    def _residual(self, sight: Sight, profile: int) -> float | None:
+        """Return z = d_camera - d_map(fix); None where there is no fix, no marking or no match."""
+        if sight.fix_m is None or sight.lane_offset_m is None:
+            return None
+        x, y = sight.fix_m.tolist()
+        on_map = self._roads[profile].offset(x, y, sight.heading_rad, sight.lane)
+        return None if on_map is None else sight.lane_offset_m - on_map
+
+    def _answer(self, row: int, sight: Sight, residual_m: float | None, attacked: bool, profile: int) -> None:
+        track, answers = self._tracks[row], self.answers
+        for k, watch in enumerate(track.watches):
+            ruling = watch.step(sight, residual_m, attacked)
+            answers.statistic[row, k] = ruling.statistic
+            answers.scored[row, k] = ruling.scored
+            answers.alarm[row, k] = ruling.alarm
+        track.helm.step(sight, answers.alarm[row].tolist(), residual_m, self._roads[profile])
+        for d, navigator in enumerate(track.helm.navigators):
+            answers.estimate_m[row, d] = navigator.position_m
+            answers.isolated[row, d] = navigator.isolated
+
+    def _new_track(self, profile: int) -> ReferenceTrack:
+        watchers = self._watchers
+        watches = [
+            make(Scale(profile, float(watchers.scale_m[profile]), float(threshold), self._world.step_s))
+            for make, threshold in zip(self._make_watch, watchers.thresholds[profile], strict=True)
+        ]
+        return ReferenceTrack(watches, self._new_helm(profile))
+
+    def _new_helm(self, profile: int) -> Helm:
+        table, localization = self._world.table, self._localization
+        noise = FilterNoise(**{name: float(getattr(table, name)[profile]) for name in table._fields})
+        rules = Rules(noise, localization.settings, self._world.step_s)
+        return Helm(localization.detector.tolist(), [response.name for response in localization.responses], rules)
+
+
+def _sight(row: int, vehicle: int, tracks: Tracks, vehicles: Vehicles, seen: Measurements) -> Sight:
+    c0, _, c2, _ = seen.lane_poly[vehicle].tolist()
+    return Sight(
+        fix_m=tracks.fix_m[row].copy() if tracks.fix_valid[row] else None,
+        lane=int(vehicles.lane[vehicle]),
+        heading_rad=float(seen.heading_rad[vehicle]),
+        speed_mps=float(seen.speed_mps[vehicle]),
+        yaw_rate_rps=float(seen.yaw_rate_rps[vehicle]),
+        lane_offset_m=-c0 if seen.camera_valid[vehicle] else None,
+        curvature_per_m=2.0 * c2,
+        camera_sigma_m=float(seen.camera_sigma_m[vehicle]),
+    )

@@ -1,0 +1,30 @@
+"""What one vehicle has from its sensors in one step, under one attack plan."""
+
+from dataclasses import dataclass
+
+from gpsec.arrays import Floats
+
+
+@dataclass(frozen=True)
+class Sight:
+    """Plain numbers, None for what is missing.
+
+    Attributes:
+        fix_m: (2,) GNSS position after the attack.
+        lane: index of the lane that the camera follows.
+        heading_rad: yaw as the vehicle knows it.
+        speed_mps, yaw_rate_rps: odometer and gyro over the step.
+        lane_offset_m: from the lane's centre as the camera sees it (-C0), left positive.
+        curvature_per_m: of the lane, as the camera sees it (2·C2).
+        camera_sigma_m: standard deviation that the camera states.
+
+    """
+
+    fix_m: Floats | None
+    lane: int
+    heading_rad: float
+    speed_mps: float
+    yaw_rate_rps: float
+    lane_offset_m: float | None
+    curvature_per_m: float
+    camera_sigma_m: float
