@@ -1,0 +1,162 @@
+"""Real traffic, recorded once, driven through both engines side by side."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from sklearn.ensemble import IsolationForest as SklearnForest
+
+from gpsec.attacks.plans import plan_config
+from gpsec.attacks.schedule import build_plans
+from gpsec.detection.bounds import Never, Oracle
+from gpsec.detection.chi_square import ChiSquare
+from gpsec.detection.cusum import Cusum
+from gpsec.detection.forest_training import flatten
+from gpsec.detection.isolation_forest import WINDOW, IsolationForest
+from gpsec.detection.lstm import HIDDEN, INPUTS, Lstm
+from gpsec.engine import Method, Stopwatch, Watchers
+from gpsec.localization.camera_ukf import CameraUkf
+from gpsec.localization.dead_reckoning import DeadReckoning
+from gpsec.localization.no_response import NoResponse
+from gpsec.localization.switch import Localization, SwitchSettings
+from gpsec.pipeline.build import Ground, lay_ground
+from gpsec.pipeline.convoy import Convoy
+from gpsec.scenario import load_scenario
+from gpsec.sensors.profiles import residual_sigma_m
+from gpsec.sensors.registry import PROFILES
+from gpsec.threads import Threads
+from gpsec.traffic.recording import Recording, record
+from gpsec.traffic.session import SumoSession
+from gpsec.traffic.source import Frame
+
+SCENARIOS = Path(__file__).parents[2] / "scenarios"
+WINDOW_S = {"start_after_s": [0.0, 4.0], "duration_s": [6.0, 10.0], "share": 1.0}
+ATTACKS: list[dict[str, object]] = [
+    {"attack": "constant_bias", "bias_m": 1.2},
+    {"attack": "stealth", "gamma_m": 0.02, "delta": 1.05},
+    {"attack": "jamming"},
+    {"attack": "noise", "sigma_m": 3.0},
+    {"attack": "lane_alias"},
+]
+DEFENCES = (
+    ("never", NoResponse),
+    ("oracle", CameraUkf),
+    ("chi_square", CameraUkf),
+    ("cusum", DeadReckoning),
+    ("isolation_forest", CameraUkf),
+    ("lstm", DeadReckoning),
+)
+
+
+@dataclass(frozen=True)
+class Drive:
+    """Recorded traffic on the ground that it was recorded on."""
+
+    ground: Ground
+    recording: Recording
+
+    def matched(self, mode: int) -> "Drive":
+        """The same traffic, for vehicles that match in another way."""
+        return replace(self, ground=replace(self.ground, world=replace(self.ground.world, mode=mode)))
+
+    def few(self, vehicles: int) -> Iterator[Frame]:
+        """Yield the recorded frames as if only the first vehicles to depart were equipped."""
+        chosen = set(self.recording.vehicle_id[:vehicles].tolist())
+        rows: set[int] = set()
+        for number in range(len(self.recording)):
+            frame = self.recording.frame(number)
+            left = [row for row in frame.left if row in rows]
+            departures = [departure for departure in frame.departures if departure.vehicle_id in chosen]
+            rows = rows.difference(left).union(departure.row for departure in departures)
+            here = np.isin(frame.rows, list(rows))
+            yield replace(
+                frame,
+                left=left,
+                departures=departures,
+                rows=frame.rows[here],
+                front_m=frame.front_m[here],
+                speed_mps=frame.speed_mps[here],
+                lane=frame.lane[here],
+            )
+
+
+def record_drive(name: str, duration_s: float) -> Drive:
+    scenario = load_scenario(SCENARIOS / name)
+    fleet = scenario.fleet.model_copy(update={"profile": {"carla": 0.4, "nuscenes": 0.3, "dsd": 0.3}})
+    ground = lay_ground(scenario.model_copy(update={"fleet": fleet}))
+    with SumoSession(ground.options, ground.hd_map.lane_index, lambda departure: True) as session:
+        return Drive(ground, record(session, duration_s))
+
+
+def watchers_for(profiles: Sequence[str]) -> Watchers:
+    """Detectors that differ between profiles: a forest fitted by scikit-learn, a network with random weights."""
+    detectors = (
+        ChiSquare(),
+        Cusum(
+            white=tuple(0.6 + 0.1 * p for p in range(len(profiles))),
+            slow=tuple(0.8 - 0.1 * p for p in range(len(profiles))),
+            tau_s=tuple(20.0 + 10.0 * p for p in range(len(profiles))),
+        ),
+        IsolationForest.from_learned([_forest(seed) for seed in range(len(profiles))]),
+        Lstm.from_learned([_network(seed) for seed in range(len(profiles))]),
+        Never(),
+        Oracle(),
+    )
+    return Watchers(
+        names=tuple(detector.name for detector in detectors),
+        detectors=detectors,
+        thresholds=np.tile([4.0, 6.0, 0.62, 4.0, 0.5, 0.5], (len(profiles), 1)),
+        scale_m=np.array([residual_sigma_m(PROFILES[name]) for name in profiles]),
+    )
+
+
+def _forest(seed: int):
+    windows = np.abs(np.random.default_rng(seed).normal(size=(800, WINDOW)))
+    features = np.concatenate([windows, windows.mean(axis=1, keepdims=True)], axis=1).astype(np.float32)
+    return flatten(SklearnForest(n_estimators=20, max_samples=128, random_state=seed).fit(features))
+
+
+def _network(seed: int):
+    generator = np.random.default_rng(seed)
+
+    def weights(*shape: int):
+        return generator.normal(scale=0.3, size=shape).astype(np.float32)
+
+    return {
+        "weight": weights(len(INPUTS) + HIDDEN, 4 * HIDDEN),
+        "bias": weights(4 * HIDDEN),
+        "head": weights(HIDDEN),
+        "offset": weights(),
+    }
+
+
+def localization_for(ground: Ground, watchers: Watchers) -> Localization:
+    responses = {kind: kind() for _, kind in DEFENCES}
+    columns = np.array([watchers.names.index(detector) for detector, _ in DEFENCES], np.int32)
+    return Localization(columns, [responses[kind] for _, kind in DEFENCES], ground.world, SwitchSettings())
+
+
+def drive_through(drive: Drive, vehicles: int, method: Method) -> None:
+    """Run the first vehicles of the recorded traffic through `method`, each under every attack."""
+    ground = drive.ground
+    plans = build_plans([plan_config(table | WINDOW_S, "parity") for table in ATTACKS])
+    threads, watch = Threads(1), Stopwatch()
+    convoy = Convoy(
+        seed=11,
+        step_s=ground.options.step_s,
+        settle_s=1.0,
+        origin_s=ground.options.begin_s + ground.options.step_s,
+        hd_map=ground.hd_map,
+        sensors=ground.sensors,
+        profile_of=lambda departure: departure.row % len(ground.choice.profiles),
+        plans=plans,
+        method=method,
+        outcome_rows=[],
+        close=lambda rows, ended_s: None,
+        threads=threads,
+        watch=watch,
+    )
+    for frame in drive.few(vehicles):
+        convoy.step(frame)
+        convoy.note_deviation()

@@ -1,0 +1,126 @@
+"""A method that runs both engines on the same tracks and compares them after every step."""
+
+from collections import Counter, defaultdict
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gpsec.arrays import Ints
+from gpsec.engine import Stopwatch
+from gpsec.fleet import Measurements, Tracks, Vehicles
+from gpsec.pipeline.batched import BatchedMethod
+from gpsec.reference.method import ReferenceMethod
+from gpsec.threads import Threads
+
+from .drive import Drive, localization_for, watchers_for
+
+
+@dataclass
+class Comparison:
+    """What was found over all tracks and steps.
+
+    Attributes:
+        worst: largest difference of each quantity (nan if a value is not a number).
+        disagreements: number of differences in what is true or false.
+        seen: how often each situation came about, so that a comparison cannot be empty.
+    """
+
+    worst: dict[str, float] = field(default_factory=lambda: defaultdict(float))
+    disagreements: Counter[str] = field(default_factory=Counter)
+    seen: Counter[str] = field(default_factory=Counter)
+
+    def close(self, quantity: str, one, other) -> None:
+        self._note(quantity, np.abs(np.asarray(one) - np.asarray(other)))
+
+    def relative(self, quantity: str, one, other) -> None:
+        """For what may be large: a statistic of a residual of many standard deviations."""
+        self._note(quantity, np.abs(one - other) / np.maximum(np.abs(other), 1.0))
+
+    def _note(self, quantity: str, difference) -> None:
+        self.worst[quantity] = float(np.maximum(self.worst[quantity], np.max(difference, initial=0.0)))
+
+    def same(self, quantity: str, one, other) -> None:
+        self.disagreements[quantity] += int(np.sum(np.asarray(one) != np.asarray(other)))
+
+
+class SideBySide:
+    """Implements `gpsec.engine.Method`; the attacker sees the batched answers."""
+
+    def __init__(self, drive: Drive) -> None:
+        ground = drive.ground
+        self.watchers = watchers_for(ground.choice.profiles)
+        localization = localization_for(ground, self.watchers)
+        self.batched = BatchedMethod(ground.world, self.watchers, localization)
+        self.reference = ReferenceMethod(ground.hd_map, ground.world, self.watchers, localization)
+        self.answers = self.batched.answers
+        self.found = Comparison()
+        self._responses = [response.name for response in localization.responses]
+        self._internal = ground.hd_map.sides.internal
+        self._lane_of_segment = ground.hd_map.lanes.lane
+
+    def grow(self, capacity: int) -> None:
+        self.batched.grow(capacity)
+        self.reference.grow(capacity)
+
+    def reset(self, rows: Ints) -> None:
+        self.batched.reset(rows)
+        self.reference.reset(rows)
+
+    def copy(self, source: Ints, target: Ints) -> None:
+        self.batched.copy(source, target)
+        self.reference.copy(source, target)
+        self.found.seen["fork"] += len(source)
+
+    def step(
+        self, rows: Ints, tracks: Tracks, vehicles: Vehicles, seen: Measurements, threads: Threads, watch: Stopwatch
+    ) -> None:
+        isolated_before = self.batched.filters.isolated[rows].copy()
+        self.reference.step(rows, tracks, vehicles, seen, threads, watch)
+        residual, valid = tracks.residual_m[rows].copy(), tracks.residual_valid[rows].copy()
+        self.batched.step(rows, tracks, vehicles, seen, threads, watch)
+        found = self.found
+        found.close("residual", residual, tracks.residual_m[rows])
+        found.same("residual valid", valid, tracks.residual_valid[rows])
+        self._compare_detectors(rows)
+        for row in rows.tolist():
+            self._compare_filters(row)
+        isolated = self.batched.filters.isolated[rows]
+        lane = vehicles.lane[tracks.vehicle[rows]]
+        matched = tracks.segment[rows]
+        found.seen["track step"] += len(rows)
+        found.seen["residual"] += int(valid.sum())
+        found.seen["on another lane"] += int((valid & (self._lane_of_segment[matched] != lane)).sum())
+        found.seen["in a junction"] += int(self._internal[lane].sum())
+        found.seen["isolated"] += int(isolated.sum())
+        found.seen["isolation begins"] += int((isolated & ~isolated_before).sum())
+        found.seen["isolation ends"] += int((isolated_before & ~isolated).sum())
+
+    def _compare_detectors(self, rows: Ints) -> None:
+        one, other = self.reference.answers, self.batched.answers
+        for k, name in enumerate(self.watchers.names):
+            self.found.relative(name, one.statistic[rows, k], other.statistic[rows, k])
+            self.found.same(f"{name} scored", one.scored[rows, k], other.scored[rows, k])
+            self.found.same(f"{name} alarm", one.alarm[rows, k], other.alarm[rows, k])
+            self.found.seen[f"{name} alarm"] += int(other.alarm[rows, k].sum())
+        self.found.close("estimate", one.estimate_m[rows], other.estimate_m[rows])
+        self.found.same("isolated", one.isolated[rows], other.isolated[rows])
+
+    def _compare_filters(self, row: int) -> None:
+        filters, found = self.batched.filters, self.found
+        navigators = self.reference.track(row).helm.navigators
+        found.same("filter started", bool(navigators), filters.started[row])
+        for d, navigator in enumerate(navigators):
+            mean, covariance = filters.mean[row, d], filters.covariance[row, d]
+            if navigator.ekf is not None:
+                found.close("EKF state", navigator.ekf.mean, mean)
+                found.close("EKF covariance", navigator.ekf.covariance, covariance)
+                found.same("EKF update", navigator.ekf.nis is not None, filters.innovation_valid[row, d])
+                if navigator.ekf.nis is not None:
+                    nis = float((filters.innovation[row, d] ** 2).sum())
+                    found.relative("EKF NIS", navigator.ekf.nis, nis)
+            if navigator.ukf is not None:
+                found.close("UKF state", [*navigator.ukf.mean, navigator.ukf.yaw_rad], mean[:3])
+                found.close("UKF covariance", navigator.ukf.covariance, covariance[:2, :2])
+                found.close("UKF yaw variance", navigator.ukf.yaw_variance, covariance[2, 2])
+                found.seen["camera correction"] += navigator.corrected
+        found.seen["repair"] += int(filters.repairs[row].sum())
