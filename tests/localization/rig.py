@@ -1,0 +1,108 @@
+"""A few vehicles on one lane, and the localization that follows them, without a pipeline."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from gpsec.fleet import Measurements, Tracks, Vehicles
+from gpsec.hdmap.map import HDMap
+from gpsec.hdmap.matching import TRACKED
+from gpsec.localization.noise_table import FilterNoise, noise_table
+from gpsec.localization.registry import RESPONSES
+from gpsec.localization.responses import World
+from gpsec.localization.state import FilterState
+from gpsec.localization.switch import Localization, SwitchSettings
+from gpsec.threads import Threads
+
+STEP_S = 0.1
+FIGURES = FilterNoise(
+    gnss_white_m=0.1,
+    gnss_bias_m=0.05,
+    gnss_bias_tau_s=10.0,
+    gnss_period_s=0.1,
+    odometer_white_mps=0.05,
+    odometer_scale=0.01,
+    gyro_white_rps=0.002,
+    gyro_bias_rps=1e-4,
+    heading_rad=0.01,
+    residual_m=0.15,
+)
+ONE_THREAD = Threads(1)
+
+
+@dataclass
+class Rig:
+    """M tracks of as many vehicles that drive east on `lane` at `speed_mps`, each under all `responses`.
+
+    The alarm has one column for each response.
+    """
+
+    hd_map: HDMap
+    responses: tuple[str, ...] = tuple(RESPONSES)
+    count: int = 1
+    speed_mps: float = 10.0
+    figures: FilterNoise = FIGURES
+    settings: SwitchSettings = field(default_factory=SwitchSettings)
+    lane: int = 0
+
+    def __post_init__(self) -> None:
+        layer = np.zeros(1, np.int32)
+        table = noise_table([self.figures])
+        self.world = World(self.hd_map.lanes, self.hd_map.index, TRACKED, layer, table, STEP_S)
+        parts = {name: RESPONSES[name]() for name in self.responses}
+        columns = np.arange(len(parts), dtype=np.int32)
+        self.localization = Localization(columns, list(parts.values()), self.world, self.settings)
+        self.vehicles, self.seen = Vehicles.empty(self.count), Measurements.empty(self.count)
+        self.tracks = Tracks.empty(self.count)
+        self.filters: FilterState = self.localization.new_state(self.count)
+        self.alarm = np.zeros((self.count, len(parts)), np.bool_)
+        self.tracks.vehicle[:] = np.arange(self.count)
+        self.vehicles.lane[:] = self.lane
+        self.vehicles.rear_m[:] = self.hd_map.centre_line(self.lane)[0]
+        self.seen.speed_mps[:] = self.vehicles.speed_mps[:] = self.speed_mps
+        self.seen.camera_sigma_m[:] = 0.08
+        self.rows = np.arange(self.count, dtype=np.int32)
+
+    def column(self, response: str) -> int:
+        return self.responses.index(response)
+
+    def step(
+        self,
+        bias_m: tuple[float, float] = (0.0, 0.0),
+        fix: bool = True,
+        camera: bool = True,
+        alarm: bool = False,
+        residual_m: float | None = None,
+    ) -> None:
+        """Drive one step; sensors are perfect, the fix is displaced by `bias_m`, and so is its residual."""
+        self.vehicles.rear_m[:, 0] += self.speed_mps * STEP_S
+        self.tracks.fix_m[:] = self.vehicles.rear_m + np.array(bias_m)
+        self.tracks.fix_valid[:] = fix
+        self.seen.camera_valid[:] = camera
+        self.tracks.residual_valid[:] = fix and camera
+        self.tracks.residual_m[:] = -bias_m[1] if residual_m is None else residual_m
+        self.alarm[:] = alarm
+        self.localize(self.rows)
+
+    def localize(self, rows: np.ndarray) -> None:
+        state = self.filters, rows, self.tracks, self.vehicles, self.seen, self.alarm, ONE_THREAD
+        self.localization.step(*state)
+
+    def error_m(self, response: str) -> np.ndarray:
+        """(M, 2) estimate minus truth."""
+        return self.filters.mean[:, self.column(response), :2] - self.vehicles.rear_m
+
+    def isolated(self, response: str) -> bool:
+        return bool(self.filters.isolated[0, self.column(response)])
+
+    def steps_until(self, isolated: bool, response: str = "ukf", limit: int = 400, **step: object) -> int:
+        """Number of steps until the first vehicle is (not) isolated."""
+        for number in range(1, limit + 1):
+            self.step(**step)  # type: ignore[arg-type]
+            if self.isolated(response) == isolated:
+                return number
+        raise AssertionError(f"not within {limit} steps")
+
+
+def figures(**changes: float) -> FilterNoise:
+    return replace(FIGURES, **changes)
