@@ -75,7 +75,7 @@ def test_predict_is_the_textbooks(seed, speed, yaw_rate):
 def test_update_is_the_textbooks_and_its_innovations_sum_to_the_nis(seed, east, north):
     f = random_figures(seed)
     mean, P = random_state(seed)
-    fix = mean[:2] + [east, north]
+    fix = mean[:2] + np.array([east, north])
     expected, expected_P, nis = plain_update(mean, P, f, fix)
     innovation = np.zeros(2)
     repairs = ekf.update(mean, P, innovation, fix[0], fix[1], f.gnss_white_m)
