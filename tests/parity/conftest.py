@@ -6,4 +6,4 @@ from .drive import Drive, record_drive
 @pytest.fixture(scope="session", params=["town", "sharp_turns"])
 def drive(request: pytest.FixtureRequest) -> Drive:
     """Real traffic of a scenario, recorded once."""
-    return record_drive(request.param, duration_s=40.0)
+    return record_drive(request.param, duration_s=30.0)

@@ -14,6 +14,7 @@ from gpsec.detection.chi_square import ChiSquare
 from gpsec.detection.cusum import Cusum
 from gpsec.detection.forest_training import flatten
 from gpsec.detection.isolation_forest import WINDOW, IsolationForest
+from gpsec.detection.learned import Learned
 from gpsec.detection.lstm import HIDDEN, INPUTS, Lstm
 from gpsec.engine import Method, Stopwatch, Watchers
 from gpsec.localization.camera_ukf import CameraUkf
@@ -89,17 +90,24 @@ def record_drive(name: str, duration_s: float) -> Drive:
         return Drive(ground, record(session, duration_s))
 
 
+def learned_for(seed: int) -> dict[str, Learned]:
+    """What the detectors might have learned on a profile: a forest by scikit-learn, a network of random weights."""
+    whitening = {"white": 0.6 + 0.1 * seed, "slow": 0.8 - 0.1 * seed, "tau_s": 20.0 + 10.0 * seed}
+    return {
+        "cusum": {key: np.asarray(value) for key, value in whitening.items()},
+        "isolation_forest": _forest(seed),
+        "lstm": _network(seed),
+    }
+
+
 def watchers_for(profiles: Sequence[str]) -> Watchers:
-    """Detectors that differ between profiles: a forest fitted by scikit-learn, a network with random weights."""
+    """Detectors that differ between profiles."""
+    learned = [learned_for(seed) for seed in range(len(profiles))]
     detectors = (
         ChiSquare(),
-        Cusum(
-            white=tuple(0.6 + 0.1 * p for p in range(len(profiles))),
-            slow=tuple(0.8 - 0.1 * p for p in range(len(profiles))),
-            tau_s=tuple(20.0 + 10.0 * p for p in range(len(profiles))),
-        ),
-        IsolationForest.from_learned([_forest(seed) for seed in range(len(profiles))]),
-        Lstm.from_learned([_network(seed) for seed in range(len(profiles))]),
+        Cusum.from_learned([one["cusum"] for one in learned]),
+        IsolationForest.from_learned([one["isolation_forest"] for one in learned]),
+        Lstm.from_learned([one["lstm"] for one in learned]),
         Never(),
         Oracle(),
     )
@@ -111,13 +119,13 @@ def watchers_for(profiles: Sequence[str]) -> Watchers:
     )
 
 
-def _forest(seed: int):
+def _forest(seed: int) -> Learned:
     windows = np.abs(np.random.default_rng(seed).normal(size=(800, WINDOW)))
     features = np.concatenate([windows, windows.mean(axis=1, keepdims=True)], axis=1).astype(np.float32)
     return flatten(SklearnForest(n_estimators=20, max_samples=128, random_state=seed).fit(features))
 
 
-def _network(seed: int):
+def _network(seed: int) -> Learned:
     generator = np.random.default_rng(seed)
 
     def weights(*shape: int):
