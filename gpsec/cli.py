@@ -197,6 +197,6 @@ def train(
       gpsec train
       gpsec train --seed 2 --out /tmp/models
     """  # noqa: D301
-    from gpsec import training
+    from gpsec.training import main as train_models
 
-    training.main(seed=seed, out=out, jobs=jobs)
+    train_models(seed=seed, out=out, jobs=jobs)

@@ -61,11 +61,14 @@ class MapArrays(NamedTuple):
 class MatchIndex(NamedTuple):
     """What makes the search for the nearest segment fast; it does not change its result.
 
-    Chunks are runs of a lane's segments with a bounding circle. A lane's chain is the lane with what leads to it and on
-    from it within the reach of tracked matching. The grid lists, cell by cell, the chunks whose circle touches it.
+    Chunks are runs of a lane's segments and groups are runs of its chunks, each with a bounding circle. A lane's chain
+    is the lane with what leads to it and on from it within the reach of tracked matching. The grid lists, cell by
+    cell, the chunks whose circle touches it.
 
     Attributes:
-        chunk_first, chunk_count: (Y, L) CSR of chunks.
+        group_first, group_count: (Y, L) CSR of groups.
+        group_chunk, group_chunks: (G,) first chunk of a group and their number.
+        group_x_m, group_y_m, group_radius_m: (G,) bounding circle.
         chunk_segment, chunk_segments: (C,) first segment of a chunk and their number.
         chunk_x_m, chunk_y_m, chunk_radius_m: (C,) bounding circle.
         lane_x_m, lane_y_m, lane_radius_m: (L,) circle about the whole lane, in every layer.
@@ -76,8 +79,13 @@ class MatchIndex(NamedTuple):
 
     """
 
-    chunk_first: Ints
-    chunk_count: Ints
+    group_first: Ints
+    group_count: Ints
+    group_chunk: Ints
+    group_chunks: Ints
+    group_x_m: Floats
+    group_y_m: Floats
+    group_radius_m: Floats
     chunk_segment: Ints
     chunk_segments: Ints
     chunk_x_m: Floats

@@ -10,6 +10,7 @@ from gpsec.hdmap.arrays import MapArrays, MatchIndex
 from gpsec.hdmap.net import Lane
 
 CHUNK_SEGMENTS = 8
+GROUP_CHUNKS = 8
 GRID_CELL_M = 16.0
 # How far tracked matching follows what leads to a lane and on from it.
 REACH_M = 100.0
@@ -27,41 +28,52 @@ class Circles:
 def build_index(lanes: list[Lane], arrays: MapArrays) -> MatchIndex:
     """Return the index of a map of these lanes."""
     layers = arrays.first.shape[0]
-    chunk_count = -(-arrays.segments // CHUNK_SEGMENTS)
-    chunk_first = np.cumsum(chunk_count.ravel()).reshape(chunk_count.shape) - chunk_count
-    total = int(chunk_count.sum())
-    owner = np.repeat(np.arange(chunk_count.size), chunk_count.ravel())
-    position = np.arange(total) - chunk_first.ravel()[owner]
-    segment = arrays.first.ravel()[owner] + position * CHUNK_SEGMENTS
-    segments = np.minimum(CHUNK_SEGMENTS, arrays.segments.ravel()[owner] - position * CHUNK_SEGMENTS)
-    chunks = _circles(arrays, segment, segments)
-    whole = _lane_circles(arrays, layers)
-    chain_first, chain_count, chain_lane = _chains(lanes)
-    grid = _grid(chunks, owner // arrays.first.shape[1], layers)
+    chunks, chunk_segment, chunk_segments = _runs(arrays.first, arrays.segments, CHUNK_SEGMENTS)
+    groups, group_chunk, group_chunks = _runs(*chunks, GROUP_CHUNKS)
+    chunk_circles = _circles(arrays, chunk_segment)
+    group_circles = _circles(arrays, chunk_segment[group_chunk])
+    lane_circles = _lane_circles(arrays)
+    layer = np.repeat(np.arange(layers), chunks[1].sum(axis=1))
     return MatchIndex(
-        chunk_first.astype(np.int32),
-        chunk_count.astype(np.int32),
-        segment.astype(np.int32),
-        segments.astype(np.int32),
-        chunks.x_m,
-        chunks.y_m,
-        chunks.radius_m,
-        whole.x_m,
-        whole.y_m,
-        whole.radius_m,
-        chain_first,
-        chain_count,
-        chain_lane,
-        *grid,
+        *groups,
+        group_chunk,
+        group_chunks,
+        group_circles.x_m,
+        group_circles.y_m,
+        group_circles.radius_m,
+        chunk_segment,
+        chunk_segments,
+        chunk_circles.x_m,
+        chunk_circles.y_m,
+        chunk_circles.radius_m,
+        lane_circles.x_m,
+        lane_circles.y_m,
+        lane_circles.radius_m,
+        *_chains(lanes),
+        *_grid(chunk_circles, layer, layers),
     )
+
+
+def _runs(first: Ints, count: Ints, size: int) -> tuple[tuple[Ints, Ints], Ints, Ints]:
+    """Cut the items ``first … first + count - 1`` of each lane and layer into runs of at most `size`.
+
+    Returns the CSR (first, count) of the runs, and first item and number of items of each run.
+    """
+    runs = -(-count // size)
+    run_first = np.cumsum(runs.ravel()).reshape(runs.shape) - runs
+    owner = np.repeat(np.arange(runs.size), runs.ravel())
+    done = (np.arange(len(owner)) - run_first.ravel()[owner]) * size
+    items = np.minimum(size, count.ravel()[owner] - done)
+    csr = run_first.astype(np.int32), runs.astype(np.int32)
+    return csr, (first.ravel()[owner] + done).astype(np.int32), items.astype(np.int32)
 
 
 def _ends(arrays: MapArrays) -> tuple[Floats, Floats]:
     return arrays.x0_m + arrays.dx * arrays.length_m, arrays.y0_m + arrays.dy * arrays.length_m
 
 
-def _circles(arrays: MapArrays, first: Ints, count: Ints) -> Circles:
-    """Return circles about the boxes of the segments ``first … first + count - 1``."""
+def _circles(arrays: MapArrays, first: Ints) -> Circles:
+    """Return circles about the boxes of runs of segments; each ends where the next one begins."""
     x1, y1 = _ends(arrays)
     bounds = []
     for start, end in ((arrays.x0_m, x1), (arrays.y0_m, y1)):
@@ -72,9 +84,11 @@ def _circles(arrays: MapArrays, first: Ints, count: Ints) -> Circles:
     return Circles(0.5 * (xl + xh), 0.5 * (yl + yh), 0.5 * np.hypot(xh - xl, yh - yl) + 1e-6)
 
 
-def _lane_circles(arrays: MapArrays, layers: int) -> Circles:
+def _lane_circles(arrays: MapArrays) -> Circles:
     # Points of every layer lie on the true line, so the circle of layer 0 holds them all.
-    return _circles(arrays, arrays.first[0], arrays.segments[0])
+    every = _circles(arrays, arrays.first.ravel())
+    lanes = arrays.first.shape[1]
+    return Circles(every.x_m[:lanes], every.y_m[:lanes], every.radius_m[:lanes])
 
 
 def _chains(lanes: list[Lane]) -> tuple[Ints, Ints, Ints]:

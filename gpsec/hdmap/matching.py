@@ -67,6 +67,15 @@ def _best_in_chunk(
 
 
 @inline
+def _better(lanes: MapArrays, segment: int, x_m: float, y_m: float, best: int, best_d2: float) -> tuple[int, float]:
+    """Return the nearer one of `segment` and the best so far; of equals, the first."""
+    _, d2 = project(lanes, segment, x_m, y_m, True)
+    if d2 < best_d2 or (d2 == best_d2 and segment < best):
+        return segment, d2
+    return best, best_d2
+
+
+@inline
 def _out_of_reach(x_m: float, y_m: float, cx: float, cy: float, radius: float, best_d2: float) -> bool:
     """Nothing inside the circle can be as near as the best so far."""
     if best_d2 == inf:
@@ -94,31 +103,45 @@ def match_tracked(lanes: MapArrays, index: MatchIndex, layer: int, lane: int, x_
         candidate = index.chain_lane[position]
         first = lanes.first[layer, candidate]
         last = first + lanes.segments[layer, candidate] - 1
-        extended = lanes.open_start[first] or lanes.open_end[last]
-        limit = min(best_d2, bound)
-        if not extended and _out_of_reach(
+        # An end that continues straight on may be near although its circles are not.
+        if lanes.open_start[first]:
+            best, best_d2 = _better(lanes, first, x_m, y_m, best, best_d2)
+        if lanes.open_end[last]:
+            best, best_d2 = _better(lanes, last, x_m, y_m, best, best_d2)
+        if _out_of_reach(
             x_m,
             y_m,
             index.lane_x_m[candidate],
             index.lane_y_m[candidate],
             index.lane_radius_m[candidate],
-            limit,
+            min(best_d2, bound),
         ):
             continue
-        start_chunk = index.chunk_first[layer, candidate]
-        end_chunk = start_chunk + index.chunk_count[layer, candidate]
-        for chunk in range(start_chunk, end_chunk):
-            at_end = extended and (chunk == start_chunk or chunk == end_chunk - 1)
-            if not at_end and _out_of_reach(
+        first_group = index.group_first[layer, candidate]
+        for group in range(first_group, first_group + index.group_count[layer, candidate]):
+            if _out_of_reach(
                 x_m,
                 y_m,
-                index.chunk_x_m[chunk],
-                index.chunk_y_m[chunk],
-                index.chunk_radius_m[chunk],
+                index.group_x_m[group],
+                index.group_y_m[group],
+                index.group_radius_m[group],
                 min(best_d2, bound),
             ):
                 continue
-            best, best_d2 = _best_in_chunk(lanes, index, chunk, x_m, y_m, 0.0, False, best, best_d2)
+            first_chunk = index.group_chunk[group]
+            for chunk in range(first_chunk, first_chunk + index.group_chunks[group]):
+                if _out_of_reach(
+                    x_m,
+                    y_m,
+                    index.chunk_x_m[chunk],
+                    index.chunk_y_m[chunk],
+                    index.chunk_radius_m[chunk],
+                    min(best_d2, bound),
+                ):
+                    continue
+                first_segment = index.chunk_segment[chunk]
+                for segment in range(first_segment, first_segment + index.chunk_segments[chunk]):
+                    best, best_d2 = _better(lanes, segment, x_m, y_m, best, best_d2)
     return best
 
 
