@@ -33,9 +33,11 @@ def build_index(lanes: list[Lane], arrays: MapArrays) -> MatchIndex:
     chunk_circles = _circles(arrays, chunk_segment)
     group_circles = _circles(arrays, chunk_segment[group_chunk])
     lane_circles = _lane_circles(arrays)
-    layer = np.repeat(np.arange(layers), chunks[1].sum(axis=1))
+    (group_first, group_count), (chain_first, chain_count, chain_lane) = groups, _chains(lanes)
+    layer: Ints = np.repeat(np.arange(layers, dtype=np.int32), chunks[1].sum(axis=1))
     return MatchIndex(
-        *groups,
+        group_first,
+        group_count,
         group_chunk,
         group_chunks,
         group_circles.x_m,
@@ -49,7 +51,9 @@ def build_index(lanes: list[Lane], arrays: MapArrays) -> MatchIndex:
         lane_circles.x_m,
         lane_circles.y_m,
         lane_circles.radius_m,
-        *_chains(lanes),
+        chain_first,
+        chain_count,
+        chain_lane,
         *_grid(chunk_circles, layer, layers),
     )
 
