@@ -1,0 +1,102 @@
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gpsec.detection.logs import Grid, ResidualLog
+from gpsec.sensors.registry import PROFILES
+from gpsec.traffic.recording import Recording
+from gpsec.training.collect import record_traffic, residual_log
+
+# Three lanes, straight; some 250 vehicles that overtake each other.
+NODES = 'id="a" x="0" y="0"\nid="b" x="1500" y="400"'
+EDGE = 'id="ab" from="a" to="b" numLanes="3" speed="33.3"'
+ROUTES = """<routes>
+  <vType id="car" maxSpeed="40" speedFactor="normc(1,0.15,0.7,1.3)" lcSigma="0.2"/>
+  <flow id="f" type="car" begin="0" end="200" period="0.5" departLane="random" departSpeed="desired">
+    <route edges="ab"/>
+  </flow>
+</routes>"""
+
+
+@pytest.fixture(scope="module")
+def net(plain_net) -> Path:
+    return plain_net(NODES, EDGE)
+
+
+@pytest.fixture(scope="module")
+def recordings(net, tmp_path_factory) -> list[Path]:
+    """The same traffic, recorded twice."""
+    folder = tmp_path_factory.mktemp("road")
+    (folder / "cars.rou.xml").write_text(ROUTES)
+    config = folder / "road.sumocfg"
+    inputs = f'<net-file value="{net}"/><route-files value="cars.rou.xml"/>'
+    config.write_text(f'<configuration><input>{inputs}</input><time><end value="200"/></time></configuration>')
+    files = [folder / f"{number}.npz" for number in range(2)]
+    for file in files:
+        record_traffic(config, 5, file)
+    return files
+
+
+def log(recordings, net, profile="carla", matching="tracked", seed=3) -> ResidualLog:
+    return residual_log(Recording.load(recordings[0]), net, "road", PROFILES[profile], matching, seed)
+
+
+def columns(one: ResidualLog) -> list[bytes]:
+    arrays = (getattr(one, field.name) for field in fields(one))
+    return [array.tobytes() for array in arrays if isinstance(array, np.ndarray)]
+
+
+def test_recorded_traffic_is_deterministic(recordings):
+    first, second = (Recording.load(file) for file in recordings)
+    assert len(first.vehicle_id) > 200
+    for field in fields(Recording):
+        assert getattr(first, field.name).tobytes() == getattr(second, field.name).tobytes(), field.name
+
+
+@pytest.mark.parametrize("profile", list(PROFILES))
+def test_on_a_straight_road_the_residual_is_as_large_as_the_profile_promises(recordings, net, profile):
+    """Biases and mounting offsets last, so that the vehicles count, not the samples."""
+    found = log(recordings, net, profile)
+    z = found.residual_m[found.valid] / found.scale_m
+    vehicles = len(np.unique(found.vehicle))
+    assert vehicles > 200
+    # Four standard errors of a standard deviation and of a mean from so many independent vehicles.
+    assert z.std() == pytest.approx(1.0, abs=4.0 / np.sqrt(2.0 * vehicles))
+    assert abs(z.mean()) < 4.0 / np.sqrt(vehicles)
+
+
+def test_log_is_what_training_reads(recordings, net):
+    found = log(recordings, net)
+    assert (found.network, found.profile, found.matching, found.step_s) == ("road", "carla", "tracked", 0.1)
+    order = np.lexsort((found.step, found.vehicle))
+    assert order.tolist() == list(range(len(order)))
+    assert len(np.unique(np.stack([found.vehicle, found.step]), axis=1).T) == len(found.step)
+    assert (found.residual_m[~found.valid] == 0.0).all()
+    assert 0.9 < found.valid.mean() < 1.0  # the camera's outages
+    # Seen on a straight road: no curve but noise.
+    assert abs(found.curvature_per_m[found.valid].mean()) < 1e-4
+    assert Grid.of([found]).residual_m.shape[1] == len(np.unique(found.vehicle))
+
+
+def test_log_is_deterministic_and_the_seed_counts(recordings, net):
+    assert columns(log(recordings, net)) == columns(log(recordings, net))
+    other = log(recordings, net, seed=4)
+    assert not np.array_equal(other.residual_m, log(recordings, net).residual_m)
+
+
+def test_nearest_matching_folds_what_tracked_matching_sees(recordings, net):
+    """With an error of metres, nearest matching often takes the next lane: residuals stay within half a lane."""
+    tracked, nearest = (log(recordings, net, "consumer", matching) for matching in ("tracked", "nearest"))
+    assert abs(tracked.residual_m).max() > 4.0
+    # On the lanes between others; outside the road there is nothing to fold into.
+    assert np.percentile(abs(nearest.residual_m), 90) < np.percentile(abs(tracked.residual_m), 90)
+    assert nearest.scale_m == tracked.scale_m
+
+
+def test_vehicles_that_own_the_same_row_are_told_apart(recordings, net):
+    recording = Recording.load(recordings[0])
+    assert len(np.unique(recording.departure_row)) < len(recording.departure_row)
+    found = log(recordings, net)
+    assert len(np.unique(found.vehicle)) == len(recording.departure_row)
