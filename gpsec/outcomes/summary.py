@@ -11,6 +11,7 @@ import pandas as pd
 from rich import box
 from rich.console import Console, Group
 from rich.table import Table
+from rich.text import Text
 
 from gpsec.outcomes.paper import TABLE_I, localization_like
 from gpsec.outcomes.state import OUTCOMES
@@ -25,7 +26,6 @@ _EMPTY = "–"
 _FORM: dict[str, Any] = {
     "box": box.SIMPLE_HEAD,
     "padding": (0, 1, 0, 0),
-    "title_justify": "left",
     "caption_justify": "left",
     "show_edge": False,
 }
@@ -56,9 +56,9 @@ def _groups(table: pd.DataFrame, by: list[str]) -> Iterable[tuple[tuple[Any, ...
     return ((key, rows) for key, rows in table.groupby(by, sort=False))
 
 
-def _detection(scenario: str, profile: str, rows: pd.DataFrame) -> Table:
-    table = _table(f"Detection (form of Table I): {scenario}, profile {profile}")
-    table.add_column("detector", overflow="fold")
+def _detection(scenario: str, profile: str, rows: pd.DataFrame) -> Group:
+    table = _table()
+    table.add_column("detector", no_wrap=True)
     for heading in ("precision", "recall", "F1", "delay (s)", "paper P/R/F1 delay"):
         table.add_column(heading, justify="right", no_wrap=True)
     for (attack,), group in _groups(rows[(rows["n_events"] > 0) & ~rows["detector"].isin(_BOUNDS)], ["attack"]):
@@ -68,7 +68,7 @@ def _detection(scenario: str, profile: str, rows: pd.DataFrame) -> Table:
             table.add_row(label, *_detection_cells(row))
         table.add_section()
     table.caption = "mean and interval over resampled vehicles; oracle and never are in detection.csv"
-    return table
+    return Group(_title(f"Detection (form of Table I): {scenario}, profile {profile}"), table)
 
 
 def _detection_cells(row: Row) -> list[str]:
@@ -133,14 +133,13 @@ def _matrix(
     tables = []
     for start in range(0, len(defences), fitting):
         abreast = defences[start : start + fitting]
-        table = _table(title)
+        table = _table()
         for name in abreast:
             table.add_column(_narrow(name), justify="right", no_wrap=True)
         for label, cells in lines.items():
             table.add_row(label, *(cells.get(name, "") for name in abreast))
-        table.caption = caption
         tables.append(table)
-    return Group(*tables)
+    return Group(_title(title), *tables, Text(f"{caption}\n", style="italic"))
 
 
 _COSTS = (
@@ -154,8 +153,8 @@ _COSTS = (
 )
 
 
-def _costs(manifest: dict[str, Any]) -> Table:
-    table = Table(title="\nWhat it cost", **_FORM)
+def _costs(manifest: dict[str, Any]) -> Group:
+    table = Table(**_FORM)
     table.add_column("scenario", overflow="fold")
     for name in _COSTS:
         table.add_column(name, justify="right", no_wrap=True)
@@ -179,11 +178,15 @@ def _costs(manifest: dict[str, Any]) -> Table:
             ", ".join(f"{name} {seconds:.1f}" for name, seconds in slowest),
         )
     table.caption = "µs: for every vehicle and step; security: all plans and defences together"
-    return table
+    return Group(_title("What it cost"), table)
 
 
-def _table(title: str) -> Table:
-    table = Table(title=f"\n{title}", **_FORM)
+def _title(text: str) -> Text:
+    return Text(f"\n{text}", style="bold")
+
+
+def _table() -> Table:
+    table = Table(**_FORM)
     table.add_column("attack", overflow="fold")
     return table
 
@@ -201,8 +204,9 @@ def _narrow(defence: str) -> str:
 def _with_interval(row: Row, name: str) -> str:
     if pd.isna(row[name]):
         return _EMPTY
-    low, high = row[f"{name}_lo"], row[f"{name}_hi"]
-    return f"{row[name]:.2f} {low:.2f}–{high:.2f}"
+    digits = 2 if row[f"{name}_hi"] < 9.995 else 1
+    middle, low, high = (f"{row[key]:.{digits}f}" for key in (name, f"{name}_lo", f"{name}_hi"))
+    return f"{middle} {low}–{high}"
 
 
 def _triple(values: Sequence[float]) -> str:
