@@ -5,10 +5,14 @@ import pytest
 import shapely
 from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
 
+from gpsec.fleet import Measurements, Tracks, Vehicles
 from gpsec.hdmap.map import HDMap, compile_map
 from gpsec.hdmap.matching import NEAREST, TRACKED
 from gpsec.localization import ukf
+from gpsec.localization.camera_ukf import CameraUkf
 from gpsec.localization.noise_table import noise_table
+from gpsec.localization.responses import Cells, World
+from gpsec.localization.state import FilterState
 
 from .rig import FIGURES, STEP_S
 
@@ -71,10 +75,25 @@ def start(x: float, y: float, yaw: float) -> tuple[np.ndarray, np.ndarray]:
     return mean, P
 
 
+def correct(
+    hd_map: HDMap, mode: int, layer: int, mean: np.ndarray, P: np.ndarray, hint: int, offset_m: float
+) -> tuple[int, int]:
+    """Correct `mean` and `P` in place with one lane offset; return the segment and the repairs made."""
+    world = World(hd_map.lanes, hd_map.index, mode, np.array([layer], np.int32), noise_table([FIGURES]), STEP_S)
+    filters, tracks, vehicles, seen = FilterState.empty(1, 1), Tracks.empty(1), Vehicles.empty(1), Measurements.empty(1)
+    filters.mean[0, 0], filters.covariance[0, 0], filters.segment[:] = mean, P, hint
+    tracks.vehicle[:] = vehicles.lane[:] = 0
+    seen.lane_poly[0, 0], seen.camera_sigma_m[:], seen.camera_valid[:] = -offset_m, SIGMA_M, True
+    one = np.zeros(1, np.int32)
+    CameraUkf().correct(Cells(one, one, np.zeros(1, np.bool_)), filters, tracks, vehicles, seen, world)
+    mean[:], P[:] = filters.mean[0, 0], filters.covariance[0, 0]
+    return int(filters.segment[0, 0]), int(filters.repairs[0, 0])
+
+
 def follow(hd_map: HDMap, layer: int, mean: np.ndarray, P: np.ndarray, yaw_rate: float, steps: int, mode: int) -> None:
     """Run both filters side by side and compare them after every half-step."""
     rng = np.random.default_rng(5)
-    table, weights, hint = noise_table([FIGURES]), ukf.sigma_weights(), -1
+    table, hint = noise_table([FIGURES]), -1
     other = oracle(hd_map, layer, mean[:2], P[:2, :2])
     for _ in range(steps):
         speed = 8.0 + rng.normal(0.0, 0.05)
@@ -88,8 +107,7 @@ def follow(hd_map: HDMap, layer: int, mean: np.ndarray, P: np.ndarray, yaw_rate:
         assert mean[:2] == pytest.approx(other.x, abs=1e-9)
         assert P[:2, :2] == pytest.approx(other.P, abs=1e-9)
         seen = float(other.hx(other.x, mean[2])[0] + rng.normal(0.0, SIGMA_M))
-        arrays = hd_map.lanes, hd_map.index
-        hint, repairs = ukf.update(mean, P, weights, *arrays, mode, layer, 0, hint, seen, SIGMA_M)
+        hint, repairs = correct(hd_map, mode, layer, mean, P, hint, seen)
         other.update(np.array([seen]), heading=mean[2])
         assert (hint >= 0, repairs) == (True, 0)
         assert mean[:2] == pytest.approx(other.x, abs=1e-9)
@@ -115,8 +133,7 @@ def test_the_camera_takes_the_error_across_the_lane_away_and_leaves_that_along_i
     """On a straight lane h is linear: P_yy shrinks as a scalar Kalman filter's, P_xx stays."""
     mean, P = start(100.0, 0.6, 0.0)
     P[:2, :2] = np.diag([0.5, 0.2])
-    args = ukf.sigma_weights(), straight.lanes, straight.index, TRACKED, 0, 0, -1, 0.1, SIGMA_M
-    ukf.update(mean, P, *args)
+    correct(straight, TRACKED, 0, mean, P, -1, 0.1)
     gain = 0.2 / (0.2 + SIGMA_M**2)
     assert mean[:2] == pytest.approx([100.0, 0.6 + gain * (0.1 - 0.6)], abs=1e-12)
     assert P[:2, :2] == pytest.approx(np.diag([0.5, (1.0 - gain) * 0.2]), abs=1e-12)
@@ -125,8 +142,7 @@ def test_the_camera_takes_the_error_across_the_lane_away_and_leaves_that_along_i
 def test_nothing_is_corrected_where_a_sigma_point_has_no_match(straight):
     mean, P = start(100.0, 0.6, 1.2)  # 69° off the lane
     before = mean.copy(), P.copy()
-    args = ukf.sigma_weights(), straight.lanes, straight.index, TRACKED, 0, 0, 3, 0.1, SIGMA_M
-    assert ukf.update(mean, P, *args) == (-1, 0)
+    assert correct(straight, TRACKED, 0, mean, P, 0, 0.1) == (-1, 0)
     assert (mean.tobytes(), P.tobytes()) == (before[0].tobytes(), before[1].tobytes())
 
 
@@ -134,8 +150,7 @@ def test_nothing_is_corrected_where_a_sigma_point_has_no_match(straight):
 def test_a_covariance_that_is_none_is_repaired_and_counted(straight, broken):
     mean, P = start(100.0, 0.6, 0.0)
     P[:2, :2] = broken
-    args = ukf.sigma_weights(), straight.lanes, straight.index, TRACKED, 0, 0, -1, 0.1, SIGMA_M
-    _, repairs = ukf.update(mean, P, *args)
+    _, repairs = correct(straight, TRACKED, 0, mean, P, -1, 0.1)
     assert repairs == 1
     assert np.isfinite(mean).all()
     assert np.linalg.eigvalsh(P[:2, :2]).min() > 0.0
