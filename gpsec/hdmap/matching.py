@@ -146,6 +146,93 @@ def match_tracked(lanes: MapArrays, index: MatchIndex, layer: int, lane: int, x_
 
 
 @inline
+def gather_tracked(
+    lanes: MapArrays,
+    index: MatchIndex,
+    layer: int,
+    lane: int,
+    x_m: float,
+    y_m: float,
+    within_m: float,
+    near: Ints,
+) -> int:
+    """List the segments of the lane's chain that are at most `within_m` from (x, y) in `near`.
+
+    Returns their number, or -1 where there is not enough room for them.
+    """
+    found = 0
+    within_d2 = within_m * within_m
+    start = index.chain_first[lane]
+    for position in range(start, start + index.chain_count[lane]):
+        candidate = index.chain_lane[position]
+        first = lanes.first[layer, candidate]
+        last = first + lanes.segments[layer, candidate] - 1
+        endless = lanes.open_start[first] or lanes.open_end[last]
+        if not endless and _out_of_reach(
+            x_m,
+            y_m,
+            index.lane_x_m[candidate],
+            index.lane_y_m[candidate],
+            index.lane_radius_m[candidate],
+            within_d2,
+        ):
+            continue
+        first_group = index.group_first[layer, candidate]
+        last_group = first_group + index.group_count[layer, candidate] - 1
+        for group in range(first_group, last_group + 1):
+            # A group at an end that continues straight on may be near although its circle is not.
+            at_end = endless and not first_group < group < last_group
+            if not at_end and _out_of_reach(
+                x_m,
+                y_m,
+                index.group_x_m[group],
+                index.group_y_m[group],
+                index.group_radius_m[group],
+                within_d2,
+            ):
+                continue
+            first_chunk = index.group_chunk[group]
+            last_chunk = first_chunk + index.group_chunks[group] - 1
+            for chunk in range(first_chunk, last_chunk + 1):
+                ends = at_end and not first_chunk < chunk < last_chunk
+                if not ends and _out_of_reach(
+                    x_m,
+                    y_m,
+                    index.chunk_x_m[chunk],
+                    index.chunk_y_m[chunk],
+                    index.chunk_radius_m[chunk],
+                    within_d2,
+                ):
+                    continue
+                first_segment = index.chunk_segment[chunk]
+                for segment in range(first_segment, first_segment + index.chunk_segments[chunk]):
+                    _, d2 = project(lanes, segment, x_m, y_m, True)
+                    if d2 <= within_d2:
+                        if found == len(near):
+                            return -1
+                        near[found] = segment
+                        found += 1
+    return found
+
+
+@inline
+def nearest_of(lanes: MapArrays, near: Ints, count: int, x_m: float, y_m: float) -> int:
+    """Return the nearest to (x, y) of the first `count` segments in `near`, -1 for none."""
+    best = -1
+    best_d2 = inf
+    for k in range(count):
+        best, best_d2 = _better(lanes, near[k], x_m, y_m, best, best_d2)
+    return best
+
+
+@inline
+def distance_to(lanes: MapArrays, segment: int, x_m: float, y_m: float) -> float:
+    """Return the distance from (x, y) to a segment, whose open ends continue straight on."""
+    _, d2 = project(lanes, segment, x_m, y_m, True)
+    return sqrt(d2)
+
+
+@inline
 def match_nearest(lanes: MapArrays, index: MatchIndex, layer: int, x_m: float, y_m: float, heading_rad: float) -> int:
     """Return the segment of any lane that is nearest to (x, y), or -1 where none is within four grid cells."""
     columns = index.grid_columns[0]

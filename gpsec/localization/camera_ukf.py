@@ -2,6 +2,8 @@
 
 from typing import ClassVar
 
+import numpy as np
+
 from gpsec.arrays import Flags, Floats, Ints
 from gpsec.fleet import Measurements, Tracks, Vehicles
 from gpsec.hdmap.arrays import MapArrays, MatchIndex
@@ -64,6 +66,7 @@ def _correct(
     camera_valid: Flags,
     camera_sigma_m: Floats,
 ) -> None:
+    near = np.empty(ukf.NEAR, np.int32)
     for i in range(len(row)):
         r = row[i]
         d = defence[i]
@@ -82,5 +85,6 @@ def _correct(
             segment[r, d],
             -lane_poly[v, 0],
             camera_sigma_m[v],
+            near,
         )
         repairs[r, d] += repaired

@@ -10,10 +10,19 @@ from typing import NamedTuple
 import numpy as np
 from filterpy.kalman import MerweScaledSigmaPoints
 
-from gpsec.arrays import Floats
+from gpsec.arrays import Floats, Ints
 from gpsec.geo import dead_reckon, wrap_angle
 from gpsec.hdmap.arrays import MapArrays, MatchIndex
-from gpsec.hdmap.matching import MIN_COS, TRACKED, match, offset_on
+from gpsec.hdmap.matching import (
+    MIN_COS,
+    TRACKED,
+    distance_to,
+    gather_tracked,
+    match,
+    match_tracked,
+    nearest_of,
+    offset_on,
+)
 from gpsec.kernels import inline
 from gpsec.localization.ekf import process_noise
 from gpsec.localization.noise_table import NoiseTable
@@ -21,6 +30,8 @@ from gpsec.localization.noise_table import NoiseTable
 # alpha = 1 and kappa = 1 put the points at sqrt(3) standard deviations, which matches the fourth moment of a Gaussian
 # in two dimensions (Julier and Uhlmann, 2004: n + kappa = 3).
 ALPHA, BETA, KAPPA = 1.0, 2.0, 1.0
+# Segments that one search may find for all sigma points; where there are more, each point is searched for.
+NEAR = 64
 
 
 class SigmaWeights(NamedTuple):
@@ -79,8 +90,9 @@ def update(
     hint: int,
     offset_m: float,
     sigma_m: float,
+    near: Ints,
 ) -> tuple[int, int]:
-    """Correct with the camera's lane offset (Eqs 13-16).
+    """Correct with the camera's lane offset (Eqs 13-16); `near` is room to work in.
 
     Returns the segment of the mean (-1 where a sigma point had no match; nothing is corrected then) and repairs made.
     """
@@ -99,13 +111,26 @@ def update(
     ex = (0.0, a, 0.0, -a, 0.0)
     ey = (0.0, b, c, -b, -c)
     heading = mean[2]
+    count = -1
     segment = hint
+    if mode == TRACKED:
+        # The nearest segment to a sigma point is no further from the mean than any segment of the chain plus twice the
+        # spread, so one search around the mean serves all five.
+        first = lanes.first[layer, lane]
+        if not first <= hint < first + lanes.segments[layer, lane]:
+            segment = match_tracked(lanes, index, layer, lane, mean[0], mean[1], hint)
+        reach = max(sqrt(a * a + b * b), c)
+        within = distance_to(lanes, segment, mean[0], mean[1]) + 2.0 * reach + 1e-6
+        count = gather_tracked(lanes, index, layer, lane, mean[0], mean[1], within, near)
     z0 = z1 = z2 = z3 = z4 = 0.0
     centre = -1
     for k in range(5):
         x = mean[0] + ex[k]
         y = mean[1] + ey[k]
-        segment = match(lanes, index, mode, layer, lane, x, y, heading, segment)
+        if count > 0:
+            segment = nearest_of(lanes, near, count, x, y)
+        else:
+            segment = match(lanes, index, mode, layer, lane, x, y, heading, segment)
         if segment < 0:
             return -1, repairs
         z, cosine = offset_on(lanes, segment, x, y, heading, mode == TRACKED)
