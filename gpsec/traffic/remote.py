@@ -1,0 +1,215 @@
+"""SUMO in a process of its own: the next step is simulated while this one is evaluated.
+
+libsumo holds the interpreter lock through a step, so a thread would not help; a process also keeps libsumo's one
+simulation out of the evaluator. What every vehicle has in every step goes through a ring of shared memory, the rest
+(who departs, who leaves) through a pipe. When either side dies, the other one sees the pipe close and ends.
+"""
+
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+
+from gpsec.arrays import Floats, Ints
+from gpsec.errors import GpsecError
+from gpsec.traffic.options import SumoOptions
+from gpsec.traffic.session import SumoSession
+from gpsec.traffic.source import Departure, Equip, Frame
+from gpsec.traffic.zones import ZoneShape
+
+# Steps that SUMO may be ahead, and vehicles that a step in the ring may hold; a larger one goes through the pipe.
+DEPTH = 4
+CAPACITY = 32_768
+
+
+class Ring:
+    """Shared arrays for `DEPTH` steps.
+
+    Attributes:
+        capacity: vehicles that a step may hold.
+    """
+
+    def __init__(self, whole: Any, real: Any) -> None:
+        """Lay the arrays over two blocks of shared memory, of integers and of floats."""
+        self._whole: Ints = np.frombuffer(whole, np.int32).reshape(DEPTH, 2, -1)
+        self._real: Floats = np.frombuffer(real, np.float64).reshape(DEPTH, -1, 3)
+        self.capacity = self._whole.shape[2]
+
+    def put(self, frame: Frame) -> None:
+        """Write the arrays of a step."""
+        slot, count = frame.step % DEPTH, len(frame.rows)
+        self._whole[slot, 0, :count] = frame.rows
+        self._whole[slot, 1, :count] = frame.lane
+        self._real[slot, :count, :2] = frame.front_m
+        self._real[slot, :count, 2] = frame.speed_mps
+
+    def take(self, step: int, count: int) -> tuple[Ints, Floats, Floats, Ints]:
+        """Return copies of rows, front, speed and lane of a step."""
+        whole, real = self._whole[step % DEPTH], self._real[step % DEPTH, :count]
+        return whole[0, :count].copy(), real[:, :2].copy(), real[:, 2].copy(), whole[1, :count].copy()
+
+
+@dataclass(frozen=True)
+class Head:
+    """What goes through the pipe for a step.
+
+    Attributes:
+        step, time_s, left, departures, on_road: as in `Frame`.
+        count: vehicles in the ring.
+        sumo_s, read_s: seconds spent so far.
+        frame: the whole step where it did not fit the ring.
+    """
+
+    step: int
+    time_s: float
+    left: list[int]
+    departures: list[Departure]
+    on_road: int
+    count: int
+    sumo_s: float
+    read_s: float
+    frame: Frame | None
+
+
+class RemoteSession:
+    """`SumoSession` in another process; implements `gpsec.traffic.source.TrafficSource`.
+
+    Attributes:
+        options: what it was started with.
+        step_s: length of a step.
+        sumo_s, read_s: wall-clock seconds that the other process has spent in SUMO and in reading it.
+        warnings: SUMO's, once closed.
+    """
+
+    def __init__(
+        self, options: SumoOptions, lane_index: Mapping[str, int], equip: Equip, capacity: int = CAPACITY
+    ) -> None:
+        """Start the simulation; see `SumoSession`.
+
+        `equip` goes to another process: a function of a module, or a method of a plain object. `capacity` is the number
+        of vehicles for which there is shared memory; steps with more take the slower way.
+
+        Raises:
+            GpsecError: SUMO refuses to start, or a ``gpsec.…`` parameter is wrong.
+        """
+        context = get_context("spawn")
+        blocks = context.RawArray("i", DEPTH * 2 * capacity), context.RawArray("d", DEPTH * capacity * 3)
+        self.options = options
+        self.sumo_s = 0.0
+        self.read_s = 0.0
+        self.warnings: list[str] = []
+        self._ring = Ring(*blocks)
+        self._connection, theirs = context.Pipe()
+        arguments = (theirs, blocks, options, dict(lane_index), equip)
+        self._process = context.Process(target=_serve, args=arguments, name="sumo", daemon=True)
+        self._process.start()
+        theirs.close()
+        self.step_s: float = self._receive()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    @property
+    def process_id(self) -> int:
+        """Number of the other process."""
+        return self._process.pid or 0
+
+    @property
+    def exit_code(self) -> int | None:
+        """How the other process ended, None while it runs."""
+        return self._process.exitcode
+
+    def zones(self, known_keys: Collection[str]) -> list[ZoneShape]:
+        """Return the attack zones of the scenario; to be called before the first step."""
+        self._connection.send(list(known_keys))
+        found: list[ZoneShape] = self._receive()
+        return found
+
+    def frames(self, duration_s: float | None = None) -> Iterator[Frame]:
+        """Yield the steps, as `SumoSession.frames` does; it can be called once.
+
+        Raises:
+            GpsecError: SUMO gives up, in its words, or its process is gone.
+        """
+        self._connection.send(duration_s)
+        while isinstance(head := self._receive(), Head):
+            self.sumo_s, self.read_s = head.sumo_s, head.read_s
+            frame = head.frame or self._frame(head)
+            self._connection.send(None)  # its place in the ring is free
+            yield frame
+        self.warnings = head
+
+    def _frame(self, head: Head) -> Frame:
+        rows, front_m, speed_mps, lane = self._ring.take(head.step, head.count)
+        return Frame(head.step, head.time_s, head.left, head.departures, rows, front_m, speed_mps, lane, head.on_road)
+
+    def _receive(self) -> Any:
+        try:
+            answer = self._connection.recv()
+        except (EOFError, OSError):
+            self._process.join(5.0)
+            code = self._process.exitcode
+            raise GpsecError(f"{self.options.config}: the process of SUMO ended early (exit status {code})") from None
+        if isinstance(answer, GpsecError):
+            self.close()
+            raise answer
+        return answer
+
+    def close(self) -> None:
+        """End the simulation and its process; steps that were simulated ahead are dropped."""
+        self._connection.close()
+        self._process.join(10.0)
+        if self._process.is_alive():
+            self._process.kill()
+            self._process.join()
+
+
+def _serve(
+    connection: Connection, blocks: tuple[Any, Any], options: SumoOptions, lanes: dict[str, int], equip: Equip
+) -> None:
+    """Be the process of SUMO, until the run is over or the other side is gone."""
+    try:
+        with SumoSession(options, lanes, equip) as session:
+            connection.send(session.step_s)
+            while isinstance(asked := connection.recv(), list):
+                connection.send(session.zones(asked))
+            _send_frames(connection, Ring(*blocks), session, asked)
+        connection.send(session.warnings)
+    except GpsecError as error:
+        connection.send(error)
+    except (EOFError, OSError):
+        return  # nobody is there any more
+
+
+def _send_frames(connection: Connection, ring: Ring, session: SumoSession, duration_s: float | None) -> None:
+    ahead = 0
+    for frame in session.frames(duration_s):
+        while ahead == DEPTH or (ahead and connection.poll()):
+            connection.recv()
+            ahead -= 1
+        fits = len(frame.rows) <= ring.capacity
+        if fits:
+            ring.put(frame)
+        connection.send(
+            Head(
+                frame.step,
+                frame.time_s,
+                frame.left,
+                frame.departures,
+                frame.on_road,
+                len(frame.rows),
+                session.sumo_s,
+                session.read_s,
+                None if fits else frame,
+            )
+        )
+        ahead += 1

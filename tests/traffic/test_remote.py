@@ -1,0 +1,119 @@
+import os
+import signal
+import time
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gpsec.attacks.zones import zone_keys
+from gpsec.errors import GpsecError
+from gpsec.traffic.options import resolve_options
+from gpsec.traffic.recording import record
+from gpsec.traffic.remote import RemoteSession
+from gpsec.traffic.session import SumoSession
+
+from .helpers import CAR, listing
+
+FLOWS = (
+    CAR
+    + '<flow id="f" type="car" begin="0" end="40" period="2" from="A0B0" to="B2C2"/>'
+    + '<flow id="g" type="car" begin="0" end="40" period="3" from="C2B2" to="B0A0"/>'
+)
+ZONE = (
+    '<poly id="z" type="gpsec.attack" shape="0,0 9,0 9,9"><param key="gpsec.attack" value="jamming"/></poly>'
+    '<poi id="p" type="gpsec.attack" x="1" y="2"><param key="gpsec.attack" value="drift"/></poi>'
+)
+
+
+def everybody(departure):
+    return True
+
+
+def nobody_called_f(departure):
+    return not departure.vehicle_id.startswith("f")
+
+
+@pytest.mark.parametrize("capacity", [32_768, 3], ids=["ring", "overflow"])
+@pytest.mark.parametrize("equip", [everybody, nobody_called_f])
+def test_frames_are_those_of_the_session_to_the_byte(scenario, lane_index, equip, capacity):
+    options = resolve_options(scenario(FLOWS), seed=3)
+    with SumoSession(options, lane_index, equip) as session:
+        here = record(session, 50.0)
+    with RemoteSession(options, lane_index, equip, capacity) as session:
+        there = record(session, 50.0)
+        assert session.sumo_s > 0.0
+        assert session.read_s > 0.0
+    for name, array in vars(here).items():
+        np.testing.assert_array_equal(array, getattr(there, name), err_msg=name, strict=True)
+    assert max(np.diff(here.start)) > 3
+
+
+def test_zones_come_over(scenario, lane_index):
+    options = resolve_options(scenario(FLOWS, ZONE), seed=1)
+    with RemoteSession(options, lane_index, everybody) as session:
+        zones = session.zones(zone_keys())
+        assert [(zone.zone_id, zone.kind, zone.parameters["gpsec.attack"]) for zone in zones] == [
+            ("z", "polygon", "jamming"),
+            ("p", "point", "drift"),
+        ]
+        assert len(list(session.frames(1.0))) == 10
+
+
+def test_what_sumo_refuses_comes_in_its_words(scenario, lane_index):
+    broken = CAR + '<vehicle id="v" type="car" depart="0"><route edges="A0B0 nowhere"/></vehicle>'
+    options = resolve_options(scenario(broken), seed=1)
+    with pytest.raises(GpsecError, match="nowhere"), RemoteSession(options, lane_index, everybody) as session:
+        list(session.frames(5.0))
+
+
+def test_closing_early_ends_the_process_and_writes_nothing(scenario, lane_index, tmp_path):
+    config = scenario(FLOWS)
+    before = listing(tmp_path)
+    session = RemoteSession(resolve_options(config, seed=1), lane_index, everybody)
+    frames = session.frames(None)
+    next(frames)
+    session.close()
+    session.close()
+    assert session.exit_code is not None
+    assert listing(tmp_path) == before
+
+
+def test_a_dead_simulation_is_said(scenario, lane_index):
+    with RemoteSession(resolve_options(scenario(FLOWS), seed=1), lane_index, everybody) as session:
+        frames = session.frames(None)
+        next(frames)
+        os.kill(session.process_id, signal.SIGKILL)
+        with pytest.raises(GpsecError, match=r"run\.sumocfg: the process of SUMO ended early \(exit status -9\)"):
+            list(frames)
+
+
+def die_in_the_middle(config: Path, lanes: dict[str, int], told) -> None:
+    session = RemoteSession(resolve_options(config, seed=1), lanes, everybody)
+    next(session.frames(None))
+    told.send(session.process_id)
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_the_simulation_ends_when_the_evaluator_is_killed(scenario, lane_index):
+    context = get_context("spawn")
+    ours, theirs = context.Pipe()
+    process = context.Process(target=die_in_the_middle, args=(scenario(FLOWS), lane_index, theirs))
+    process.start()
+    simulation = ours.recv()
+    process.join()
+    # The orphan's pipe is closed; nobody is left to reap it but the system, so look for it.
+    for _ in range(200):
+        if not alive(simulation):
+            return
+        time.sleep(0.05)
+    pytest.fail("the process of SUMO is still there")
+
+
+def alive(process_id: int) -> bool:
+    try:
+        state = Path(f"/proc/{process_id}/stat").read_text().rpartition(")")[2].split()[0]
+    except FileNotFoundError:
+        return False
+    return state != "Z"
