@@ -29,6 +29,7 @@ class HDMap:
 
     Attributes:
         lane_ids: SUMO's ids; the position is the lane's index everywhere else.
+        points: ids of lanes that are only a point -> id of the lane behind them.
         lanes: centre lines; layer 0 is true, layer 1 + k has the spacing `spacings_m[k]`.
         index: for matching.
         sides: what lies beside each lane.
@@ -38,6 +39,7 @@ class HDMap:
     """
 
     lane_ids: tuple[str, ...]
+    points: dict[str, str]
     lanes: MapArrays
     index: MatchIndex
     sides: LaneSides
@@ -46,8 +48,9 @@ class HDMap:
 
     @cached_property
     def lane_index(self) -> dict[str, int]:
-        """Index of a lane by SUMO's id."""
-        return {lane_id: index for index, lane_id in enumerate(self.lane_ids)}
+        """Index of a lane by SUMO's id; a lane that is only a point counts as the one behind it."""
+        index = {lane_id: number for number, lane_id in enumerate(self.lane_ids)}
+        return index | {point: index[lane_id] for point, lane_id in self.points.items()}
 
     def layer(self, spacing_m: float) -> int:
         """Return the layer that is resampled at `spacing_m`."""
@@ -99,6 +102,7 @@ def compile_map(net_file: Path, spacings_m: tuple[float, ...]) -> HDMap:
     arrays = _arrays(net.lanes, layers)
     return HDMap(
         tuple(lane.lane_id for lane in net.lanes),
+        net.points,
         arrays,
         build_index(net.lanes, arrays),
         lane_sides(net.lanes),
@@ -155,6 +159,7 @@ def _save(hd_map: HDMap, folder: Path) -> None:
                 np.save(part / f"{type(group).__name__}.{field}.npy", array)
         meaning = {
             "lane_ids": hd_map.lane_ids,
+            "points": hd_map.points,
             "projection": hd_map.projector.definition,
             "offset_m": hd_map.projector.offset_m,
             "spacings_m": hd_map.spacings_m,
@@ -174,6 +179,7 @@ def _load(folder: Path, net_file: Path) -> HDMap | None:
         meaning = json.loads((folder / _MEANING).read_text())
         return HDMap(
             tuple(meaning["lane_ids"]),
+            dict(meaning["points"]),
             MapArrays(*_read(folder, "MapArrays", MapArrays._fields)),
             MatchIndex(*_read(folder, "MatchIndex", MatchIndex._fields)),
             LaneSides(*_read(folder, "LaneSides", LaneSides._fields)),

@@ -72,9 +72,16 @@ class Lane:
 
 @dataclass(frozen=True)
 class Net:
-    """The lanes that road vehicles may use, and where on the Earth they lie."""
+    """The lanes that road vehicles may use, and where on the Earth they lie.
+
+    Attributes:
+        lanes: those with an extent.
+        points: lanes that are only a point -> the lane behind them; a vehicle's front may stop on one.
+        projector: between the net's frame and WGS84.
+    """
 
     lanes: list[Lane]
+    points: dict[str, str]
     projector: Projector
 
 
@@ -107,7 +114,8 @@ def read_net(net_file: Path) -> Net:
         )
         for lane in lanes
     ]
-    return Net(lanes, projector)
+    behind = {point: next(_beyond(after, known, points), None) for point, after in points.items()}
+    return Net(lanes, {point: lane for point, lane in behind.items() if lane is not None}, projector)
 
 
 def _drivable(net: Any, net_file: Path) -> tuple[list[Lane], dict[str, tuple[str, ...]]]:

@@ -60,6 +60,9 @@ def test_a_lane_that_is_only_a_point_is_passed_through(plain_net):
     found = lanes(net)
     assert list(found) == ["ab_0", "bc_0"]
     assert found["ab_0"].successors == ("bc_0",)
+    # A vehicle whose front is on the point is on the lane behind it.
+    hd_map = compile_map(net, ())
+    assert hd_map.lane_index == {"ab_0": 0, "bc_0": 1, ":b_0_0": 1}
 
 
 def test_only_lanes_for_road_vehicles(plain_net):
