@@ -34,6 +34,7 @@ def compiled(monkeypatch) -> list[str]:
 
 def assert_equal(one: HDMap, other: HDMap) -> None:
     assert one.lane_ids == other.lane_ids
+    assert one.points == other.points
     assert one.spacings_m == other.spacings_m
     assert one.projector == other.projector
     for group in ("lanes", "index", "sides"):
@@ -42,7 +43,7 @@ def assert_equal(one: HDMap, other: HDMap) -> None:
             assert (array.dtype, array.shape, array.tobytes()) == (twin.dtype, twin.shape, twin.tobytes()), name
             assert type(array) is type(twin) is np.ndarray
             assert array.flags.c_contiguous
-    assert len(fields(HDMap)) == 6
+    assert len(fields(HDMap)) == 7
 
 
 def test_true_layer_is_the_net_itself(bend):
@@ -145,7 +146,13 @@ def test_a_damaged_cache_is_compiled_again(bend, tmp_path, compiled, damage):
 def test_the_cache_holds_no_half_map(bend, tmp_path):
     load_map(bend, (5.0,), tmp_path)
     (folder,) = (tmp_path / "maps").iterdir()
-    assert set(json.loads((folder / "net.json").read_text())) == {"lane_ids", "projection", "offset_m", "spacings_m"}
+    assert set(json.loads((folder / "net.json").read_text())) == {
+        "lane_ids",
+        "points",
+        "projection",
+        "offset_m",
+        "spacings_m",
+    }
 
 
 def test_the_cache_is_where_the_environment_says(monkeypatch, tmp_path):
