@@ -12,13 +12,18 @@ from gpsec.errors import GpsecError
 NO_ATTACK = "none"
 """Name of plan 0, under which nobody is attacked."""
 
+MAX_TIME_S = 1e7
+"""Longest time that can be said, some 116 days: steps have to be numbered."""
+
 
 def _window(value: object) -> tuple[float, float]:
     pair = tuple(value) if isinstance(value, list | tuple) else ()
-    numbers = [float(x) for x in pair if isinstance(x, int | float) and not isinstance(x, bool)]
-    if len(pair) != 2 or len(numbers) != 2 or not 0.0 <= numbers[0] <= numbers[1] < float("inf"):
-        raise ValueError(f"expected [least, most] in seconds with 0 <= least <= most, found {value!r}")
-    return numbers[0], numbers[1]
+    numbers = [x for x in pair if isinstance(x, int | float) and not isinstance(x, bool)]
+    if len(pair) != 2 or len(numbers) != 2 or not 0.0 <= numbers[0] <= numbers[1]:
+        raise ValueError(f"expected [least, most] in seconds with 0 <= least <= most, found {str(value)[:60]}")
+    if numbers[1] > MAX_TIME_S:
+        raise ValueError(f"expected [least, most] in seconds up to {MAX_TIME_S:g}, found {str(numbers[1])[:60]}")
+    return float(numbers[0]), float(numbers[1])
 
 
 Window = Annotated[tuple[float, float], BeforeValidator(_window)]
@@ -52,8 +57,8 @@ class PlanConfig(BaseModel):
     share: Annotated[Number, Field(ge=0.0, le=1.0)] = 0.5
     vehicle_types: tuple[Text, ...] = ()
     zone: Text | None = None
-    begin_s: Number = 0.0
-    end_s: Number | None = None
+    begin_s: Annotated[Number, Field(ge=0.0, le=MAX_TIME_S)] = 0.0
+    end_s: Annotated[Number, Field(ge=0.0, le=MAX_TIME_S)] | None = None
     start_after_s: Window = (0.0, 30.0)
     duration_s: Window = (10.0, 30.0)
     parameters: dict[str, Any] = {}

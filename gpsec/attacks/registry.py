@@ -74,4 +74,4 @@ def first_problem(error: ValidationError, prefix: str = "") -> str:
     expected = expected.replace("valid tuple", "list")
     if expected.startswith(("greater", "less")):
         expected = f"a number {expected}"
-    return f"{key}: expected {expected}, found {detail['input']!r}"
+    return f"{key}: expected {expected}, found {repr(detail['input'])[:60]}"

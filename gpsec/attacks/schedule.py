@@ -109,8 +109,8 @@ class Plan:
             end = np.minimum(start + lasting, latest)
         chosen = self.select(keys, type_ok) & (start < end)
         schedule.state[rows] = np.where(chosen, WAITING, SPARED)
-        schedule.start_step[rows] = np.where(chosen, start, NEVER)
-        schedule.end_step[rows] = np.where(chosen, end, NEVER)
+        schedule.start_step[rows] = np.where(chosen, np.minimum(start, NEVER), NEVER)
+        schedule.end_step[rows] = np.where(chosen, np.minimum(end, NEVER), NEVER)
 
     def advance(self, schedule: Schedule, rows: Ints, position_m: Floats, step: int) -> tuple[Ints, Ints]:
         """Move on to `step`.

@@ -11,9 +11,9 @@ from pydantic import ValidationError
 from gpsec.attacks.plans import PlanConfig, plan_config
 from gpsec.errors import GpsecError
 from gpsec.scenario.defaults import default_list
-from gpsec.scenario.model import NAME, Scenario
+from gpsec.scenario.model import MAX_NAME, NAME, Scenario
 from gpsec.scenario.overrides import Override, apply
-from gpsec.scenario.paths import Found, expand, find, only_sumocfg
+from gpsec.scenario.paths import UNUSABLE, Found, expand, find, only_sumocfg, reason
 from gpsec.scenario.sentences import dotted, origin, sentence, shown
 
 
@@ -43,11 +43,13 @@ def load_scenario(argument: str | Path, overrides: Sequence[Override] = ()) -> S
 
 def _read(toml: Path) -> dict[str, Any]:
     try:
-        return tomllib.loads(toml.read_text(encoding="utf-8"))
+        return tomllib.loads(toml.read_text(encoding="utf-8-sig"))  # Windows editors put a mark in front
     except UnicodeDecodeError:
         raise GpsecError(f"{toml}: expected TOML in UTF-8, found other bytes") from None
     except tomllib.TOMLDecodeError as error:
         raise GpsecError(f"{toml}: not valid TOML: {error}") from None
+    except (ValueError, RecursionError) as error:
+        raise GpsecError(f"{toml}: not valid TOML: {str(error).partition(';')[0]}") from None
     except OSError as error:
         raise GpsecError(f"{toml}: cannot be read: {error.strerror}") from None
 
@@ -59,15 +61,22 @@ def _sumocfg(raw: dict[str, Any], found: Found, file: str, overrides: list[Overr
     where = f"{origin(('sumocfg',), file, overrides)}: sumocfg"
     if not isinstance(stated, str):
         raise GpsecError(f"{where}: expected a path, found {shown(stated)}")
-    path = expand(stated, found.folder)
-    if not path.is_file():
+    try:
+        path = expand(stated, found.folder)
+        there = path.is_file()
+    except UNUSABLE as error:
+        raise GpsecError(f"{where}: expected a path, found {shown(stated)}: {reason(error)}") from None
+    if not there:
         raise GpsecError(f"{where}: expected a .sumocfg, found no file {path}")
     return path
 
 
 def _as_name(sumocfg: Path, found: Found) -> str:
-    cleaned = re.sub(r"[^A-Za-z0-9._-]+", "_", found.name).strip("._-")
-    return cleaned if NAME.fullmatch(cleaned) else sumocfg.stem
+    for name in (found.name, sumocfg.stem):
+        cleaned = re.sub(r"[^A-Za-z0-9._-]+", "_", name).strip("._-")[:MAX_NAME]
+        if NAME.fullmatch(cleaned):
+            return cleaned
+    return "scenario"
 
 
 def _plan(table: object, place: int, file: str, overrides: list[Override]) -> PlanConfig:

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, field_serializer, field_validator, model_validator
 
-from gpsec.attacks.plans import PlanConfig
+from gpsec.attacks.plans import MAX_TIME_S, PlanConfig
 from gpsec.scenario import choices
 from gpsec.scenario.defaults import default_list
 from gpsec.scenario.paths import expand, portable
@@ -22,6 +22,7 @@ from gpsec.scenario.sections import (
 )
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
+MAX_NAME = 100  # file systems end at 255 bytes, and folders in the making have longer names
 
 
 class Scenario(Section):
@@ -46,7 +47,7 @@ class Scenario(Section):
     name: str
     sumocfg: Annotated[Path, Field(strict=False)]
     seed: int = Field(1, ge=0, le=2**31 - 1)
-    duration_s: Annotated[float | None, Unset] = Field(None, gt=0.0)
+    duration_s: Annotated[float | None, Unset] = Field(None, gt=0.0, le=MAX_TIME_S)
     threads: int = Field(1, ge=1, le=256)
     engine: Literal["batched", "reference"] = "batched"
     log_steps: bool = False
@@ -75,6 +76,8 @@ class Scenario(Section):
     def _usable_as_folder(cls, name: str) -> str:
         if not NAME.fullmatch(name):
             raise ValueError(f"expected letters, digits, '.', '_' and '-' only, found '{name}'")
+        if len(name) > MAX_NAME:
+            raise ValueError(f"expected at most {MAX_NAME} characters, found {len(name)}")
         return name
 
     @field_validator("defences")

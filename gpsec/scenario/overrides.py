@@ -41,11 +41,14 @@ def parse_set(text: str) -> Override:
 
 def _value(text: str, flag: str) -> Any:
     try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
-        if not text or text[0] in "[{\"'":
-            raise GpsecError(f"{flag}: expected a TOML value after '=', found '{text}'") from None
+        table = tomllib.loads(f"value = {text}")
+    except (ValueError, RecursionError):
+        if not text or text[0] in "[{\"'" or "\n" in text:
+            raise GpsecError(f"{flag}: expected a TOML value after '=', found '{text[:60]}'") from None
         return text
+    if len(table) > 1:
+        raise GpsecError(f"{flag}: expected one value after '=', found several lines")
+    return table["value"]
 
 
 def apply(raw: dict[str, Any], override: Override, default_list: Callable[[str], list[Any] | None]) -> Override:

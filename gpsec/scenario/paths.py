@@ -8,6 +8,9 @@ from gpsec.errors import GpsecError, nearest
 
 TOML_NAME = "gpsec.toml"
 
+# What a path raises that no file system takes: too long, with a zero byte, in circles, of a user that there is not.
+UNUSABLE = (OSError, ValueError, RuntimeError)
+
 
 @dataclass(frozen=True)
 class Found:
@@ -33,7 +36,12 @@ def find(argument: str | Path) -> Found:
         GpsecError: it is none of these, or the folder does not say which configuration is meant.
     """
     path = Path(argument)
-    if not path.exists():
+    try:
+        path.resolve()
+        there = path.exists()
+    except UNUSABLE as error:
+        raise GpsecError(f"{str(argument)[:100]}: cannot be used as a path: {reason(error)}") from None
+    if not there:
         raise GpsecError(f"{argument}: no such file or folder{_meant(path)}")
     if path.is_dir():
         return _in_folder(path)
@@ -51,7 +59,7 @@ def only_sumocfg(folder: Path) -> Path:
     Raises:
         GpsecError: there is none, or more than one.
     """
-    found = sorted(folder.glob("*.sumocfg"))
+    found = sorted(path for path in folder.glob("*.sumocfg") if not path.is_dir())
     if len(found) == 1:
         return found[0]
     if not found:
@@ -93,6 +101,11 @@ def portable(path: Path) -> str:
         if path.is_relative_to(base):
             return prefix + path.relative_to(base).as_posix()
     return path.as_posix()
+
+
+def reason(error: Exception) -> str:
+    """Return in a few words why a path cannot be used."""
+    return (getattr(error, "strerror", None) or str(error)).rstrip(".").lower()
 
 
 def _in_folder(folder: Path) -> Found:

@@ -65,8 +65,16 @@ class TrafficSection(Section):
     """
 
     # The filters are not valid for longer steps.
-    step_s: Annotated[float | None, Unset] = Field(None, gt=0.0, le=0.2)
+    step_s: Annotated[float | None, Unset] = Field(None, ge=0.001, le=0.2)
     lateral_resolution_m: Annotated[float | None, Unset] = Field(None, ge=0.0, le=5.0)
+
+    @field_validator("lateral_resolution_m")
+    @classmethod
+    def _not_too_fine(cls, width_m: float | None) -> float | None:
+        # SUMO would go through thousands of sublanes for every vehicle.
+        if width_m is not None and 0.0 < width_m < 0.1:
+            raise ValueError(f"expected 0 (off), or 0.1 to 5, found {width_m:g}")
+        return width_m
 
 
 class DetectionSection(Section):
