@@ -8,9 +8,12 @@ from urllib.parse import unquote
 from xml.etree import ElementTree
 
 from gpsec.errors import GpsecError
+from gpsec.traffic.inputs import UNREADABLE
 from gpsec.traffic.optiontable import SumoOption, sumo_options_by_name
 
 GUI_TOPIC = "gui_only"
+# Any other name of the root stands for a configuration, as it does for SUMO.
+_OTHER_FILES = {"net": "a net", "routes": "a route file", "additional": "an additional file"}
 
 
 @dataclass(frozen=True)
@@ -55,8 +58,10 @@ def read_config(path: Path) -> SumoConfig:
         raise GpsecError(f"{path}: SUMO configuration not found{_nearby(path)}")
     try:
         root = ElementTree.parse(path).getroot()
-    except (ElementTree.ParseError, UnicodeDecodeError, ValueError) as error:
+    except UNREADABLE as error:
         raise GpsecError(f"{path}: expected a SUMO configuration in XML, found: {error}") from None
+    if root.tag in _OTHER_FILES:
+        raise GpsecError(f"{path}: expected a SUMO configuration, found {_OTHER_FILES[root.tag]} (<{root.tag}>)")
     known = sumo_options_by_name()
     values: dict[str, str] = {}
     gui_only: list[str] = []

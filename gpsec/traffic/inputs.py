@@ -2,6 +2,7 @@
 
 import gzip
 import re
+import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,6 +10,8 @@ from typing import BinaryIO, cast
 from xml.etree import ElementTree
 
 PREFIX = "gpsec."
+# What reading raises where an input file is broken: its compression, its encoding or its XML.
+UNREADABLE = (OSError, EOFError, zlib.error, ElementTree.ParseError, ValueError, LookupError)
 _CHUNK = 1 << 22
 _OVERLAP = 256
 
@@ -55,7 +58,7 @@ def first_match(path: Path, pattern: bytes) -> str:
                 if found := compiled.search(tail):
                     return found[1].decode(errors="replace")
                 tail = tail[-_OVERLAP:]
-    except (OSError, EOFError):
+    except UNREADABLE:
         return ""  # SUMO will say what is wrong with the file
     return ""
 
@@ -82,5 +85,5 @@ def own_parameters(path: Path) -> Iterator[OwnParameter]:
                         path, owner.tag, owner.get("id", ""), owner.get("type", ""), key, element.get("value", "")
                     )
                 owners.append(element)
-    except (OSError, EOFError, ElementTree.ParseError):
+    except UNREADABLE:
         return  # SUMO will say what is wrong with the file

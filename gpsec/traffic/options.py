@@ -2,16 +2,19 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from math import inf, isfinite
 from pathlib import Path
 from xml.etree import ElementTree
 
 from gpsec.errors import GpsecError
 from gpsec.traffic.config import SumoConfig, missing_file, read_config
-from gpsec.traffic.inputs import first_match, open_input
+from gpsec.traffic.inputs import UNREADABLE, first_match, open_input
 from gpsec.traffic.optiontable import SumoOption, sumo_options_by_name
 
 DEFAULT_STEP_S = 0.1
+MIN_STEP_S = 0.001  # SUMO counts milliseconds
 MAX_STEP_S = 0.2
+MIN_LATERAL_RESOLUTION_M, MAX_LATERAL_RESOLUTION_M = 0.1, 10.0
 DEFAULT_LATERAL_RESOLUTION_M = 0.8
 
 # Options of these topics neither change the traffic nor are wanted in-process.
@@ -122,7 +125,7 @@ def _check_net(config: SumoConfig, path: Path) -> None:
     try:
         with open_input(path) as stream:
             _, root = next(ElementTree.iterparse(stream, events=("start",)))
-    except (OSError, EOFError, ElementTree.ParseError, StopIteration) as error:
+    except (*UNREADABLE, StopIteration) as error:
         raise GpsecError(f"{config.path}: net-file '{path}' is not readable as XML: {error}") from None
     if root.tag != "net" or not root.get("version"):
         found = f"<{root.tag}>" if root.tag != "net" else "<net> without a version"
@@ -131,13 +134,18 @@ def _check_net(config: SumoConfig, path: Path) -> None:
 
 def _step(config: SumoConfig, asked_s: float | None, notes: list[str]) -> float:
     if asked_s is not None:
-        if not 0.001 <= asked_s <= MAX_STEP_S:
+        if not MIN_STEP_S <= asked_s <= MAX_STEP_S:
             raise GpsecError(
-                f"step length {asked_s:g} s: expected 0.001 to {MAX_STEP_S:g} s, over which the filters are "
+                f"traffic.step_s: expected 0.001 to {MAX_STEP_S:g} s, found {asked_s:g} s, for which the filters are "
                 f"not valid; the usual one is {DEFAULT_STEP_S:g} s"
             )
         return round(asked_s, 3)
     own_s = _seconds(config, "step-length", 1.0)
+    if not MIN_STEP_S <= own_s < inf:
+        raise GpsecError(
+            f"{config.path}: option 'step-length': expected {MIN_STEP_S:g} s or more, found "
+            f"'{config.values['step-length']}'; the usual one is {DEFAULT_STEP_S:g} s"
+        )
     if own_s > DEFAULT_STEP_S:
         notes.append(f"step-length lowered from {own_s:g} to {DEFAULT_STEP_S:g} s")
         return DEFAULT_STEP_S
@@ -148,10 +156,15 @@ def _lateral_resolution(
     config: SumoConfig, files: dict[str, list[Path]], asked_m: float | None, notes: list[str]
 ) -> float:
     if asked_m is not None:
-        if not 0.0 <= asked_m <= 10.0:
+        if not 0.0 <= asked_m <= MAX_LATERAL_RESOLUTION_M:
             raise GpsecError(f"lateral resolution {asked_m:g} m: expected 0 (off) to 10 m")
         return asked_m
     own_m = _number(config, "lateral-resolution", -1.0)
+    if not (own_m <= 0.0 or MIN_LATERAL_RESOLUTION_M <= own_m <= MAX_LATERAL_RESOLUTION_M):
+        raise GpsecError(
+            f"{config.path}: option 'lateral-resolution': expected 0 (off), or {MIN_LATERAL_RESOLUTION_M:g} to "
+            f"{MAX_LATERAL_RESOLUTION_M:g} m, found '{config.values['lateral-resolution']}'"
+        )
     if own_m > 0.0:
         return own_m
     if _seconds(config, "lanechange.duration", 0.0) > 0.0:
@@ -218,6 +231,8 @@ def _seconds(config: SumoConfig, name: str, default: float) -> float:
     parts = text.removeprefix("-").split(":")
     try:
         if len(parts) not in (1, 3, 4):
+            raise ValueError
+        if not all(isfinite(float(part)) for part in parts):
             raise ValueError
         seconds = sum(float(part) * unit for part, unit in zip(reversed(parts), (1, 60, 3600, 86400), strict=False))
     except ValueError:

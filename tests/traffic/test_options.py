@@ -35,7 +35,7 @@ def test_step_is_the_scenarios_own_up_to_a_tenth(scenario, own, asked, step_s, n
 
 @pytest.mark.parametrize("asked", [0.21, 1.0, 0.0, -0.1, float("nan")])
 def test_step_asked_for_outside_the_filters_range_is_refused(scenario, asked):
-    with pytest.raises(GpsecError, match=r"step length .* expected 0.001 to 0.2 s"):
+    with pytest.raises(GpsecError, match=r"traffic.step_s: expected 0.001 to 0.2 s"):
         resolve_options(scenario(), seed=1, step_s=asked)
 
 
