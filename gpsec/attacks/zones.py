@@ -10,11 +10,12 @@ import numpy as np
 import shapely
 
 from gpsec.arrays import Flags, Floats
-from gpsec.attacks.plans import PlanConfig, plan_config
+from gpsec.attacks.plans import MAX_TIME_S, PlanConfig, plan_config
 from gpsec.attacks.registry import ATTACKS, build_attack
 from gpsec.errors import GpsecError
 
 PREFIX = "gpsec."
+_MAX_RADIUS_M = 1e6
 _PLAN_KEYS = {"begin": "begin_s", "end": "end_s", "share": "share"}
 
 
@@ -118,6 +119,9 @@ def _check_plan(table: dict[str, object], where: str) -> None:
     share, begin_s, end_s = (table.get(key) for key in ("share", "begin_s", "end_s"))
     if isinstance(share, float) and not 0.0 <= share <= 1.0:
         raise GpsecError(f"{where}: {PREFIX}share: expected a number from 0 to 1, found {share:g}")
+    for key, time_s in (("begin", begin_s), ("end", end_s)):
+        if isinstance(time_s, float) and not 0.0 <= time_s <= MAX_TIME_S:
+            raise GpsecError(f"{where}: {PREFIX}{key}: expected seconds from 0 to {MAX_TIME_S:g}, found {time_s:g}")
     begin_s = begin_s if isinstance(begin_s, float) else 0.0
     if isinstance(end_s, float) and end_s <= begin_s:
         raise GpsecError(f"{where}: {PREFIX}end: expected later than {PREFIX}begin = {begin_s:g}, found {end_s:g}")
@@ -135,10 +139,14 @@ def _radius(kind: str, text: str | None, where: str) -> float | None:
     radius_m = _number(text, "radius_m", where)
     if radius_m <= 0.0:
         raise GpsecError(f"{where}: {PREFIX}radius_m: expected a number greater than 0, found {radius_m:g}")
+    if radius_m > _MAX_RADIUS_M:
+        raise GpsecError(f"{where}: {PREFIX}radius_m: expected at most {_MAX_RADIUS_M:g} metres, found {radius_m:g}")
     return radius_m
 
 
 def _check_shape(zone: Zone, where: str) -> None:
+    if not np.isfinite(zone.shape_m).all():
+        raise GpsecError(f"{where}: shape: expected finite coordinates, found {zone.shape_m.tolist()}")
     if zone.radius_m is not None:
         return
     corners = len(np.unique(zone.shape_m, axis=0))

@@ -1,6 +1,7 @@
 """What the fleet needs to know of SUMO's vehicle types."""
 
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 
 import libsumo
@@ -59,15 +60,18 @@ def read_type(type_id: str) -> VehicleType:
     """Ask the running simulation for the type `type_id`.
 
     Raises:
-        GpsecError: its ``gpsec.equipped`` is no probability.
+        GpsecError: its ``gpsec.equipped`` is no probability, or its body has no size.
     """
     types = libsumo.vehicletype
     vehicle_class = types.getVehicleClass(type_id)
+    for name, size_m in (("length", types.getLength(type_id)), ("width", types.getWidth(type_id))):
+        if not 0.0 < size_m < inf:
+            raise GpsecError(f"vType '{type_id}': {name}: expected a number of metres above 0, found {size_m:g}")
     return VehicleType(
         vehicle_class=vehicle_class,
         length_m=types.getLength(type_id),
         width_m=types.getWidth(type_id),
-        equipped_share=_share(type_id, types.getParameter(type_id, "gpsec.equipped")),
+        equipped_share=_share(f"vType '{type_id}'", types.getParameter(type_id, "gpsec.equipped")),
         sensors=types.getParameter(type_id, "gpsec.sensors") or None,
         on_roads=vehicle_class in ROAD_CLASSES,
     )
@@ -75,6 +79,8 @@ def read_type(type_id: str) -> VehicleType:
 
 def check_type_keys(files: tuple[Path, ...]) -> None:
     """Refuse parameters of vehicle types in `files` that start with ``gpsec.`` and mean nothing.
+
+    The simulation shows them as well, but only when the first vehicle of the type departs.
 
     Raises:
         GpsecError: naming the file, the type and the key.
@@ -85,6 +91,13 @@ def check_type_keys(files: tuple[Path, ...]) -> None:
                 raise GpsecError(
                     f"{file}: vType '{found.owner_id}': unknown parameter '{found.key}': "
                     f"{nearest(found.key, TYPE_KEYS)}"
+                )
+            if found.element == "vType" and found.key == f"{PREFIX}equipped":
+                _share(f"{file}: vType '{found.owner_id}'", found.value)
+            if found.key in TYPE_KEYS and found.element != "vType":
+                raise GpsecError(
+                    f"{file}: {found.element} '{found.owner_id}': parameter '{found.key}': expected it in a vType, "
+                    "for all vehicles of the type"
                 )
 
 
@@ -98,7 +111,7 @@ def named_sensors(files: tuple[Path, ...]) -> dict[str, str]:
     }
 
 
-def _share(type_id: str, text: str) -> float | None:
+def _share(where: str, text: str) -> float | None:
     if not text:
         return None
     try:
@@ -106,7 +119,5 @@ def _share(type_id: str, text: str) -> float | None:
     except ValueError:
         share = -1.0
     if not 0.0 <= share <= 1.0:
-        raise GpsecError(
-            f"vType '{type_id}': parameter '{PREFIX}equipped': expected a probability from 0 to 1, found '{text}'"
-        )
+        raise GpsecError(f"{where}: parameter '{PREFIX}equipped': expected a probability from 0 to 1, found '{text}'")
     return share
