@@ -4,6 +4,7 @@ import xml.sax
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
+from math import inf, isfinite
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +35,8 @@ _OFF_ROAD_CLASSES = frozenset(
     ]
 )
 _MIN_SEGMENT_M = 1e-3
+# Beyond these a file is broken, and the map would fill the memory.
+_MAX_COORDINATE_M, _MAX_LANE_M, _MAX_WIDTH_M = 1e8, 1e6, 100.0
 # What sumolib lets through where a file is no net; lxml, which it takes where it is installed, raises a SyntaxError.
 _UNREADABLE = (
     xml.sax.SAXException,
@@ -43,6 +46,7 @@ _UNREADABLE = (
     zlib.error,
     ValueError,
     LookupError,
+    OverflowError,
     AttributeError,
     TypeError,
 )
@@ -137,12 +141,20 @@ def _drivable(net: Any, net_file: Path) -> tuple[list[Lane], dict[str, tuple[str
 
 
 def _lane(lane: Any, edge: int, internal: bool, net_file: Path) -> Lane:
-    if not lane.getSpeed() > 0.0:
+    shape = _distinct(lane.getShape())
+    if not (np.abs(shape) < _MAX_COORDINATE_M).all() or np.hypot(*np.diff(shape, axis=0).T).sum() > _MAX_LANE_M:
+        raise GpsecError(f"{net_file}: lane '{lane.getID()}': expected a shape on the Earth, of at most 1000 km")
+    if not 0.0 < lane.getWidth() < _MAX_WIDTH_M:
+        raise GpsecError(
+            f"{net_file}: lane '{lane.getID()}' has a width of {lane.getWidth()} m, "
+            f"expected more than 0 and less than {_MAX_WIDTH_M:g}"
+        )
+    if not 0.0 < lane.getSpeed() < inf:
         raise GpsecError(
             f"{net_file}: lane '{lane.getID()}' has a speed of {lane.getSpeed()} m/s, expected more than 0 "
             "(an OpenDRIVE import without a valid speed limit does that)"
         )
-    return Lane(lane.getID(), edge, internal, float(lane.getWidth()), _distinct(lane.getShape()), _successors(lane))
+    return Lane(lane.getID(), edge, internal, float(lane.getWidth()), shape, _successors(lane))
 
 
 def _successors(lane: Any) -> tuple[str, ...]:
@@ -175,4 +187,8 @@ def _distinct(shape: Any) -> Floats:
 def _projector(net: Any, net_file: Path) -> Projector:
     location: dict[str, str] = net._location
     offset = location.get("netOffset", "0,0").split(",")
-    return Projector(location.get("projParameter", "!"), (float(offset[0]), float(offset[1])), str(net_file))
+    projector = Projector(location.get("projParameter", "!"), (float(offset[0]), float(offset[1])), str(net_file))
+    if not all(isfinite(value) for value in projector.offset_m):
+        raise ValueError("the netOffset is not finite")
+    projector.to_lon_lat(np.zeros(2))  # says now whether PROJ knows the projection
+    return projector
