@@ -82,6 +82,8 @@ def load(folder: Path | None = None) -> Models:
     provenance = _read_json(root / _PROVENANCE)
     models = {}
     for profile, by_matching in thresholds.items():
+        if not isinstance(by_matching, dict) or not isinstance(provenance.get(profile, {}), dict):
+            raise GpsecError(f"{root / _THRESHOLDS}: {profile}: expected matching -> rate; {_RETRAIN} again")
         for matching, by_rate in by_matching.items():
             source = f"{root / _THRESHOLDS}: {profile}.{matching}"
             models[profile, matching] = ProfileModel(
@@ -225,6 +227,8 @@ def _check_thresholds(by_rate: Any, source: str) -> Thresholds:
                 name: None if one is None else Calibrated(float(one["threshold"]), float(one["achieved"]))
                 for name, one in by_detector.items()
             }
+        if any(one is not None and one.threshold != one.threshold for row in checked.values() for one in row.values()):
+            raise ValueError("not a number")
     except (AttributeError, KeyError, TypeError, ValueError):
         raise GpsecError(f"{source}: expected rate -> detector -> threshold and achieved; {_RETRAIN} again") from None
     return checked
