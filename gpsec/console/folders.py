@@ -4,12 +4,14 @@ import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import count
 from pathlib import Path
 
 from gpsec.errors import GpsecError
 
 MANIFEST = "manifest.json"
-_WRITTEN_BY_RUNS = {".csv", ".json", ".parquet", ".html"}
+_TABLES = ("detection", "localization", "safety", "events", "vehicles")
+_WRITTEN_BY_RUNS = {MANIFEST, "steps.parquet", *(f"{table}.csv" for table in _TABLES)}
 
 
 def check_output(out: Path, overwrite: bool) -> None:
@@ -18,11 +20,15 @@ def check_output(out: Path, overwrite: bool) -> None:
     Raises:
         GpsecError: it is a file, or it holds something that would be lost.
     """
-    if out.is_symlink() and not out.exists():
+    try:
+        there, holds_nothing = out.exists(), not out.is_dir() or not any(out.iterdir())
+    except OSError as error:
+        raise GpsecError(f"{str(out)[:200]}: no results can be written there: {error.strerror}") from None
+    if out.is_symlink() and not there:
         raise GpsecError(f"{out}: expected an output folder, found a link that leads nowhere")
-    if out.exists() and not out.is_dir():
+    if there and not out.is_dir():
         raise GpsecError(f"{out}: expected an output folder, found a file")
-    if not out.exists() or not any(out.iterdir()):
+    if holds_nothing:
         return
     if not (out / MANIFEST).is_file():
         raise GpsecError(f"{out}: expected an empty or new folder, found files that no run wrote; choose another --out")
@@ -37,32 +43,81 @@ def workshop(out: Path) -> Iterator[Path]:
     Raises:
         GpsecError: it cannot be made.
     """
+    made = [parent for parent in out.parents if not parent.exists()]
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
-        work = Path(tempfile.mkdtemp(prefix=f".{out.name}.partial-", dir=out.parent))
+        work = Path(tempfile.mkdtemp(prefix=f".{out.name[:100]}.partial-", dir=out.parent))
     except OSError as error:
+        _remove_empty(made)
         raise GpsecError(f"{out}: no results can be written there: {error.strerror}") from None
     try:
         yield work
     finally:
         shutil.rmtree(work, ignore_errors=True)
+        _remove_empty(made)
+
+
+def _remove_empty(folders: list[Path]) -> None:
+    """Remove what was made for results that did not come, the innermost first."""
+    for folder in folders:
+        try:
+            folder.rmdir()
+        except OSError:
+            return  # it holds something, or was not made
+
+
+def resolved(out: Path) -> Path:
+    """Return `out` as an absolute path without links.
+
+    Raises:
+        GpsecError: links lead in a circle, or the current folder is gone.
+    """
+    try:
+        return out.resolve()
+    except (OSError, RuntimeError) as error:
+        said = getattr(error, "strerror", None) or str(error)
+        raise GpsecError(f"{out}: no results can be written there: {said}") from None
 
 
 def publish(made: Path, out: Path, former: Path, overwrite: bool) -> None:
     """Let the finished folder `made` become `out`; a run that it replaces is moved to `former`.
 
-    What no run wrote in it, such as notes, is kept in `out`.
+    What no run wrote in it, such as notes, is kept in `out`. Results that cannot be put there are not thrown away:
+    they end up in a new folder beside it.
 
     Raises:
-        GpsecError: something has appeared in `out` since it was checked.
+        GpsecError: something has appeared in `out` since it was checked, or it cannot be written.
     """
-    check_output(out, overwrite)
-    made.chmod(0o755)
-    if out.exists() and any(out.iterdir()):
-        out.rename(former)
+    try:
+        check_output(out, overwrite)
+        _put(made, out, former)
+    except (GpsecError, OSError) as error:
+        said = str(error) if isinstance(error, GpsecError) else f"{out}: cannot be written: {error.strerror}"
+        instead = _beside(out)
+        try:
+            _put(made, instead, former)
+        except OSError:
+            raise GpsecError(said) from None
+        raise GpsecError(f"{said} (the results of this run are in {instead})") from None
+
+
+def _put(made: Path, out: Path, former: Path) -> None:
+    if not out.exists():
+        if made.stat().st_dev != out.parent.stat().st_dev:
+            near = Path(tempfile.mkdtemp(prefix=f".{out.name[:100]}.partial-", dir=out.parent))
+            made = Path(shutil.copytree(made, near, dirs_exist_ok=True))
+        made.chmod(0o755)
         made.rename(out)
-        for kept in former.iterdir():
-            if kept.is_dir() or kept.suffix not in _WRITTEN_BY_RUNS:
-                kept.rename(out / kept.name)
-    else:
-        made.rename(out)
+        return
+    # The folder stays what it is: somebody may stand in it, or it is where a disk is mounted.
+    former.mkdir()
+    for name in _WRITTEN_BY_RUNS:
+        if (out / name).exists():
+            shutil.move(out / name, former / name)
+    # The manifest comes last: without it a folder holds no run.
+    for path in sorted(made.iterdir(), key=lambda path: (path.name == MANIFEST, path.name)):
+        shutil.move(path, out / path.name)
+
+
+def _beside(out: Path) -> Path:
+    return next(path for number in count(2) if not (path := out.with_name(f"{out.name}-{number}")).exists())

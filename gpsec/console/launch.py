@@ -12,7 +12,7 @@ from pathlib import Path
 from rich.console import Console
 
 from gpsec.console.bars import display
-from gpsec.console.folders import MANIFEST, check_output, publish, workshop
+from gpsec.console.folders import MANIFEST, check_output, publish, resolved, workshop
 from gpsec.errors import GpsecError
 from gpsec.run import Failure, Outcome, Run, run_scenarios
 from gpsec.scenario import Scenario, load_scenario
@@ -40,25 +40,32 @@ def launch(
     scenarios = [load_scenario(argument, overrides) for argument in arguments]
     _check_names(scenarios, arguments)
     groups = (
-        {out.resolve(): scenarios}
+        {resolved(out): scenarios}
         if out is not None
-        else {(Path("results") / scenario.name).resolve(): [scenario] for scenario in scenarios}
+        else {resolved(Path("results") / scenario.name): [scenario] for scenario in scenarios}
     )
     for folder in groups:
         check_output(folder, overwrite)
-    messages = Console(stderr=True)
+    messages = Console(stderr=True, emoji=False)
     with workshop(next(iter(groups))) as work:
         with display(messages, [scenario.name for scenario in scenarios]) as show:
             outcome = run_scenarios(scenarios, work, jobs or _cores(), show, run)
+        refused: list[str] = []
         with _finish_what_is_begun():
             for number, (folder, members) in enumerate(groups.items()):
-                _publish(folder, members, outcome, work, work / f"merged-{number}", overwrite)
+                try:
+                    _publish(folder, members, outcome, work, work / f".merged-{number}", overwrite)
+                except GpsecError as error:
+                    refused.append(str(error))
+                    _take_back(members, outcome)
+    for sentence in refused:
+        messages.print(f"gpsec: error: {sentence}", markup=False, highlight=False, soft_wrap=True)
     for failure in outcome.failures:
         _say(failure, messages)
     for folder, members in groups.items():
         if _finished(members, outcome):
             _show(folder)
-    return _status(outcome, groups, messages)
+    return _status(outcome, groups, messages) or (USER_ERROR if refused else 0)
 
 
 def _check_names(scenarios: Sequence[Scenario], arguments: Sequence[str]) -> None:
@@ -97,6 +104,12 @@ def _publish(
     publish(merged, folder, merged.with_name(f"{merged.name}-former"), overwrite)
 
 
+def _take_back(members: Sequence[Scenario], outcome: Outcome) -> None:
+    """Count scenarios whose folder could not be written as not finished."""
+    names = {scenario.name for scenario in members}
+    outcome.finished = [name for name in outcome.finished if name not in names]
+
+
 def _note_missing(manifest: Path, missing: Sequence[str], outcome: Outcome) -> None:
     """Say in the manifest which scenarios of the invocation are not in the tables, and why."""
     reasons = {failure.scenario: failure.sentence for failure in outcome.failures}
@@ -130,7 +143,7 @@ def _show(folder: Path) -> None:
     from gpsec.outcomes.summary import print_summary
 
     # The tables are laid out for this width, also in a file or a pipe.
-    print_summary(folder, Console() if sys.stdout.isatty() else Console(width=120))
+    print_summary(folder, Console(emoji=False) if sys.stdout.isatty() else Console(width=120, emoji=False))
 
 
 def _status(outcome: Outcome, groups: Mapping[Path, Sequence[Scenario]], messages: Console) -> int:
