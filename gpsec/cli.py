@@ -1,5 +1,6 @@
 """The command line. What takes long to import is imported by the command that needs it."""
 
+import os
 import signal
 import sys
 from pathlib import Path
@@ -36,13 +37,23 @@ _Profile = Annotated[
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line and return its exit status: 0, 1 for a fault of gpsec, 2 for an error of the user."""
     given = sys.argv[1:] if arguments is None else arguments
-    signal.signal(signal.SIGTERM, _as_interrupt)
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) is not signal.SIG_IGN:  # as under nohup
+            signal.signal(number, _as_interrupt)
+    try:
+        Path.cwd()
+    except FileNotFoundError:
+        return _complain("the current folder is gone; go to another one")
     try:
         return app(given or ["--help"], prog_name="gpsec", standalone_mode=False) or 0
     except GpsecError as error:
         return _complain(str(error))
     except typer.TyperException as error:
         return _complain(_usage(error))
+    except BrokenPipeError:
+        # Whoever read our output, such as `head`, has had enough; what is left has nowhere to go.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
     except (KeyboardInterrupt, typer.Abort):
         return INTERRUPTED
 
@@ -180,6 +191,7 @@ def list_(
     """  # noqa: D301
     for line in lines(kind, folder):
         print(line)
+    sys.stdout.flush()
 
 
 @app.command()

@@ -2,7 +2,8 @@
 
 from collections.abc import Sequence
 
-from gpsec.scenario import load_scenario
+from gpsec.errors import GpsecError
+from gpsec.scenario import Scenario, load_scenario
 from gpsec.scenario.overrides import Override
 
 
@@ -17,6 +18,13 @@ def check_scenario(argument: str, overrides: Sequence[Override]) -> str:
     """
     scenario = load_scenario(argument, overrides)
     # Late: a wrong key is said before SUMO and the models are loaded.
+    try:
+        return _look(scenario)
+    except GpsecError as error:
+        raise GpsecError(f"scenario '{scenario.name}': {error}") from None
+
+
+def _look(scenario: Scenario) -> str:
     from gpsec.pipeline.build import lay_ground, make_plans, make_watchers
     from gpsec.traffic.session import SumoSession
 
