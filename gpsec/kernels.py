@@ -8,13 +8,25 @@ from typing import ParamSpec, TypeVar, cast
 
 import numba
 
+from gpsec.errors import GpsecError
+
 P = ParamSpec("P")
 R = TypeVar("R")
 
 
 def cache_folder() -> Path:
     """Return where gpsec keeps what it can compute again: ``$GPSEC_CACHE``, or ``~/.cache/gpsec``."""
-    return Path(os.environ.get("GPSEC_CACHE") or Path.home() / ".cache" / "gpsec")
+    named = os.environ.get("GPSEC_CACHE")
+    try:
+        folder = Path(named) if named else Path.home() / ".cache" / "gpsec"
+        folder.mkdir(parents=True, exist_ok=True)
+        usable = os.access(folder, os.W_OK | os.X_OK)
+    except (OSError, RuntimeError):  # no folder, or a user without a home
+        usable = False
+    if not usable:
+        where = f"GPSEC_CACHE={named}" if named else "~/.cache/gpsec"
+        raise GpsecError(f"{where}: expected a folder that can be written; name another one in GPSEC_CACHE")
+    return folder.absolute()
 
 
 def _code_folder() -> str:

@@ -90,7 +90,10 @@ def load_map(net_file: Path, spacings_m: tuple[float, ...], cache: Path | None =
     found = _load(folder, net_file)
     if found is None:
         found = compile_map(net_file, spacings)
-        _save(found, folder)
+        try:
+            _save(found, folder)
+        except OSError:
+            return found  # the next run compiles it again
     return found
 
 
@@ -165,11 +168,9 @@ def _save(hd_map: HDMap, folder: Path) -> None:
             "spacings_m": hd_map.spacings_m,
         }
         (part / _MEANING).write_text(json.dumps(meaning))
-        if not folder.exists():
-            try:
-                part.rename(folder)
-            except OSError:
-                return  # another process was first
+        if folder.exists():  # damaged
+            folder.rename(Path(name) / "damaged")
+        part.rename(folder)  # fails where another process was first
 
 
 def _load(folder: Path, net_file: Path) -> HDMap | None:
