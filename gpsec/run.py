@@ -4,6 +4,7 @@ import os
 import signal
 import sys
 import tempfile
+import threading
 import time
 import traceback
 from collections.abc import Callable, Iterator, Sequence
@@ -15,6 +16,7 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 from gpsec.errors import GpsecError
+from gpsec.kernels import cache_folder
 from gpsec.progress import DONE, FAILED, Progress
 from gpsec.scenario import Scenario
 
@@ -27,6 +29,7 @@ Run = Callable[[Scenario, Path, Report], None]
 # Every scenario has a process; more threads in libraries would only fight over the cores.
 _ONE_THREAD = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMEXPR_NUM_THREADS")
 _REPORT_EVERY_S = 0.1
+_INTERRUPTS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 @dataclass(frozen=True)
@@ -96,8 +99,11 @@ def run_scenarios(
     except KeyboardInterrupt:
         outcome.interrupted = True
     finally:
-        for worker in running.values():
-            worker.stop()
+        with ignore_interrupts():  # a second one must not leave processes behind
+            for worker in running.values():
+                worker.process.kill()  # deaf to anything gentler; its files are thrown away
+            for worker in running.values():
+                worker.process.join()
     outcome.finished = [scenario.name for scenario in scenarios if scenario.name in done]
     return outcome
 
@@ -128,11 +134,6 @@ class _Worker:
             self.finished = True
         return True
 
-    def stop(self) -> None:
-        """End the process now; it is deaf to anything gentler, and its files are thrown away."""
-        self.process.kill()
-        self.process.join()
-
     def _end(self) -> None:
         self.process.join()
         if not self.finished and self.failure is None:
@@ -145,7 +146,7 @@ class _Worker:
 def _start(scenario: Scenario, work: Path, run: Run) -> _Worker:
     context = get_context("spawn")
     ours, theirs = context.Pipe(duplex=False)
-    log = work / f"{scenario.name}.log"
+    log = work / f".{scenario.name}.log"  # the dot keeps it apart from every scenario
     process = context.Process(
         target=_work, args=(run, scenario, work / scenario.name, log, theirs), name=scenario.name, daemon=True
     )
@@ -158,7 +159,7 @@ def _start(scenario: Scenario, work: Path, run: Run) -> _Worker:
 def _work(run: Run, scenario: Scenario, folder: Path, log: Path, connection: Connection) -> None:
     """Be the process of one scenario."""
     _redirect_output(log)
-    scratch = folder.with_name(f"{folder.name}.tmp")
+    scratch = folder.with_name(f".{folder.name}.tmp")
     folder.mkdir()
     scratch.mkdir()
     # What a killed process leaves behind goes away with the folder of the run.
@@ -171,11 +172,21 @@ def _work(run: Run, scenario: Scenario, folder: Path, log: Path, connection: Con
     except BrokenPipeError:
         sys.exit(1)  # the parent is gone
     except Exception as error:
+        if _in_kernel_cache(error):
+            connection.send(
+                Failure(scenario.name, f"{cache_folder()}: expected kernels that can be loaded; delete this folder")
+            )
+            return
         connection.send(
             Failure(scenario.name, f"fault in gpsec ({type(error).__name__}: {error})", traceback.format_exc())
         )
     else:
         connection.send(True)
+
+
+def _in_kernel_cache(error: Exception) -> bool:
+    """Return whether it was raised while a compiled kernel was loaded from the disk."""
+    return any(frame.filename.endswith("numba/core/caching.py") for frame in traceback.extract_tb(error.__traceback__))
 
 
 class _Teller:
@@ -210,10 +221,24 @@ def _redirect_output(log: Path) -> None:
 
 
 @contextmanager
+def ignore_interrupts() -> Iterator[None]:
+    """Ignore Ctrl-C and its like for the moment that it takes to finish what is begun."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = {number: signal.signal(number, signal.SIG_IGN) for number in _INTERRUPTS}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+@contextmanager
 def _deaf_to_interrupts() -> Iterator[None]:
     """Let a process that is started inherit blocked signals, which are for the parent; ours come when it is over."""
     resource_tracker.ensure_running()  # it would unblock them if it had to be started later
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, _INTERRUPTS)
     try:
         yield
     finally:

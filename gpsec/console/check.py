@@ -26,11 +26,11 @@ def check_scenario(argument: str, overrides: Sequence[Override]) -> str:
 
 def _look(scenario: Scenario) -> str:
     from gpsec.pipeline.build import lay_ground, make_plans, make_watchers
-    from gpsec.traffic.session import SumoSession
+    from gpsec.traffic.remote import RemoteSession
 
     ground = lay_ground(scenario)
     make_watchers(scenario, ground)
-    with SumoSession(ground.options, ground.hd_map.lane_index, ground.choice.equipped) as session:
+    with RemoteSession(ground.options, ground.hd_map.lane_index, ground.choice.equipped) as session:
         plans = make_plans(scenario, session)
     return (
         f"{scenario.name}: ok ({len(ground.hd_map.lane_ids)} lanes, {1 + len(plans)} plans with none, "

@@ -2,11 +2,8 @@
 
 import json
 import os
-import signal
 import sys
-import threading
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from rich.console import Console
@@ -14,7 +11,7 @@ from rich.console import Console
 from gpsec.console.bars import display
 from gpsec.console.folders import MANIFEST, check_output, publish, resolved, workshop
 from gpsec.errors import GpsecError
-from gpsec.run import Failure, Outcome, Run, run_scenarios
+from gpsec.run import Failure, Outcome, Run, ignore_interrupts, run_scenarios
 from gpsec.scenario import Scenario, load_scenario
 from gpsec.scenario.overrides import Override
 
@@ -51,7 +48,7 @@ def launch(
         with display(messages, [scenario.name for scenario in scenarios]) as show:
             outcome = run_scenarios(scenarios, work, jobs or _cores(), show, run)
         refused: list[str] = []
-        with _finish_what_is_begun():
+        with ignore_interrupts():
             for number, (folder, members) in enumerate(groups.items()):
                 try:
                     _publish(folder, members, outcome, work, work / f".merged-{number}", overwrite)
@@ -116,20 +113,6 @@ def _note_missing(manifest: Path, missing: Sequence[str], outcome: Outcome) -> N
     content = json.loads(manifest.read_text(encoding="utf-8"))
     content["unfinished"] = [{"scenario": name, "reason": reasons.get(name, "interrupted")} for name in missing]
     manifest.write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
-
-
-@contextmanager
-def _finish_what_is_begun() -> Iterator[None]:
-    """Ignore Ctrl-C for the moment that it takes to put finished scenarios into place."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = {number: signal.signal(number, signal.SIG_IGN) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def _say(failure: Failure, messages: Console) -> None:

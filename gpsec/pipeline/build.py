@@ -24,7 +24,7 @@ from gpsec.sensors.registry import PROFILES
 from gpsec.sensors.sense import Sensors
 from gpsec.traffic.options import SumoOptions, resolve_options
 from gpsec.traffic.session import SumoSession
-from gpsec.traffic.vehicletypes import named_sensors
+from gpsec.traffic.vehicletypes import check_type_names, named_sensors
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,10 @@ def lay_ground(scenario: Scenario) -> Ground:
         step_s=scenario.traffic.step_s,
         lateral_resolution_m=scenario.traffic.lateral_resolution_m,
     )
-    named = named_sensors((*options.additional_files, *options.route_files))
+    inputs = (*options.additional_files, *options.route_files)
+    for place, plan in enumerate(scenario.plans):
+        check_type_names(plan.vehicle_types, inputs, f"plans.{place}.vehicle_types")
+    named = named_sensors(inputs)
     names = run_profiles(scenario.fleet.profile, named)
     choice = FleetChoice(scenario.seed, scenario.fleet.equipped_share, scenario.fleet.profile, names)
     profiles = tuple(PROFILES[name] for name in names)
@@ -113,4 +116,4 @@ def make_plans(scenario: Scenario, session: SumoSession) -> list[Plan]:
     """
     files = ", ".join(path.name for path in session.options.additional_files)
     drawn = plans_from_zones(session.zones(zone_keys()), files)
-    return build_plans(scenario.plans, drawn, config_file=str(scenario.name), zone_file=files)
+    return build_plans(scenario.plans, drawn, config_file=scenario.name, zone_file=files)

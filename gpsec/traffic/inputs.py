@@ -8,12 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO, cast
 from xml.etree import ElementTree
+from xml.sax.saxutils import unescape
 
 PREFIX = "gpsec."
 # What reading raises where an input file is broken: its compression, its encoding or its XML.
 UNREADABLE = (OSError, EOFError, zlib.error, ElementTree.ParseError, ValueError, LookupError)
 _CHUNK = 1 << 22
-_OVERLAP = 256
+_OVERLAP = 1024
 
 
 @dataclass(frozen=True)
@@ -44,8 +45,8 @@ def open_input(path: Path) -> BinaryIO:
     return cast("BinaryIO", gzip.open(path)) if zipped else path.open("rb")
 
 
-def first_match(path: Path, pattern: bytes) -> str:
-    """Return the first group of the first match of `pattern` (shorter than 256 bytes), or an empty string.
+def all_matches(path: Path, pattern: bytes) -> Iterator[str]:
+    """Yield the first group of each match of `pattern` (shorter than 1024 bytes), some of them twice.
 
     A search through the bytes: a route file may have hundreds of megabytes.
     """
@@ -55,12 +56,16 @@ def first_match(path: Path, pattern: bytes) -> str:
         with open_input(path) as stream:
             while chunk := stream.read(_CHUNK):
                 tail += chunk
-                if found := compiled.search(tail):
-                    return found[1].decode(errors="replace")
+                for found in compiled.finditer(tail):
+                    yield unescape(found[1].decode(errors="replace"))
                 tail = tail[-_OVERLAP:]
     except UNREADABLE:
-        return ""  # SUMO will say what is wrong with the file
-    return ""
+        return  # SUMO will say what is wrong with the file
+
+
+def first_match(path: Path, pattern: bytes) -> str:
+    """Return the first of `all_matches`, or an empty string."""
+    return next(all_matches(path, pattern), "")
 
 
 def own_parameters(path: Path) -> Iterator[OwnParameter]:

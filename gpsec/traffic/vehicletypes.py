@@ -1,5 +1,6 @@
 """What the fleet needs to know of SUMO's vehicle types."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf
 from pathlib import Path
@@ -7,7 +8,7 @@ from pathlib import Path
 import libsumo
 
 from gpsec.errors import GpsecError, nearest
-from gpsec.traffic.inputs import PREFIX, own_parameters
+from gpsec.traffic.inputs import PREFIX, all_matches, first_match, own_parameters
 
 # Everything that drives on roads with four wheels or more, for which the single-track body, the lane camera and the
 # odometer stand. Left out: rail and ships; pedestrians; bicycle, moped, motorcycle and scooter, which lean and
@@ -33,6 +34,7 @@ ROAD_CLASSES = frozenset(
     }
 )
 
+_TYPE_ID = rb"""<vType(?:Distribution)?\s[^>]*?\bid\s*=\s*["']([^"']+)["']"""
 TYPE_KEYS = ("gpsec.equipped", "gpsec.sensors")
 
 
@@ -99,6 +101,22 @@ def check_type_keys(files: tuple[Path, ...]) -> None:
                     f"{file}: {found.element} '{found.owner_id}': parameter '{found.key}': expected it in a vType, "
                     "for all vehicles of the type"
                 )
+
+
+def check_type_names(names: Sequence[str], files: tuple[Path, ...], where: str) -> None:
+    """Refuse names of vehicle types that none of SUMO's input `files` has.
+
+    Raises:
+        GpsecError: naming `where` they stand, and the nearest that there is.
+    """
+    unknown = [name for name in names if not name.startswith("DEFAULT_")]
+    if not unknown or any(first_match(file, rb"<(include)\s") for file in files):
+        return  # SUMO knows more than these files say
+    known = {name for file in files for name in all_matches(file, _TYPE_ID)}
+    for name in unknown:
+        if name not in known:
+            choices = nearest(name, known) if known else "the scenario defines none"
+            raise GpsecError(f"{where}: unknown vehicle type '{name}': {choices}")
 
 
 def named_sensors(files: tuple[Path, ...]) -> dict[str, str]:

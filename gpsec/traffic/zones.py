@@ -10,7 +10,7 @@ import numpy as np
 
 from gpsec.arrays import Floats
 from gpsec.errors import GpsecError, nearest
-from gpsec.traffic.inputs import own_parameters
+from gpsec.traffic.inputs import PREFIX, own_parameters
 
 ZONE_TYPE = "gpsec.attack"
 
@@ -61,11 +61,11 @@ def read_zones(known_keys: Collection[str], files: tuple[Path, ...]) -> list[Zon
     ]
     for zone in polygons:
         if len(np.unique(zone.shape_m, axis=0)) < 3:
-            raise GpsecError(f"zone '{zone.zone_id}': expected three corners or more, found {len(zone.shape_m)}")
-    zones = polygons + points
-    if zones:
-        _refuse_unknown_keys(known_keys, files)
-    return zones
+            names = ", ".join(file.name for file in files)
+            found = len(zone.shape_m)
+            raise GpsecError(f"{names}: zone '{zone.zone_id}': expected three corners or more, found {found}")
+    _refuse_unknown_keys(known_keys, files)
+    return polygons + points
 
 
 def _parameters(domain: Any, zone: str, known_keys: Collection[str]) -> dict[str, str]:
@@ -76,6 +76,11 @@ def _parameters(domain: Any, zone: str, known_keys: Collection[str]) -> dict[str
 def _refuse_unknown_keys(known_keys: Collection[str], files: tuple[Path, ...]) -> None:
     for file in files:
         for found in own_parameters(file):
+            if found.key == f"{PREFIX}attack" and found.owner_type != ZONE_TYPE:
+                raise GpsecError(
+                    f"{file}: {found.element} '{found.owner_id}': parameter '{found.key}': expected it in a poly or "
+                    f"poi of type '{ZONE_TYPE}', found type '{found.owner_type}'"
+                )
             if found.element in ("poly", "poi") and found.owner_type == ZONE_TYPE and found.key not in known_keys:
                 raise GpsecError(
                     f"{file}: zone '{found.owner_id}': unknown parameter '{found.key}': "
