@@ -1,0 +1,226 @@
+"""Each of these is one sentence that names file and key, exit status 2, and nothing on the disk."""
+
+import gzip
+import os
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+from gpsec import cli
+from gpsec.traffic import remote
+from gpsec.traffic.session import SumoSession
+
+from .worlds import CAR, FLOW, Case, car, config, lay_out, point, routes, zone
+
+
+def toml(text: str | bytes, *says: str) -> Case:
+    return Case(("s/gpsec.toml", *says), {"gpsec.toml": text})
+
+
+def set_(text: str, *says: str) -> Case:
+    return Case((f"--set {text.splitlines()[0]}", *says), arguments=("check", "s", "--set", text))
+
+
+def plan(keys: str, *says: str) -> Case:
+    return toml(f'[[plans]]\nattack = "drift"\n{keys}', "plans.0", *says)
+
+
+def options(text: str, *says: str) -> Case:
+    return Case(("run.sumocfg", *says), {"run.sumocfg": config(text)})
+
+
+def drawn(additional: str, *says: str) -> Case:
+    return Case(("more.add.xml", *says), {"more.add.xml": additional})
+
+
+def netted(pattern: str, with_: str, *says: str) -> Case:
+    return Case(("grid.net.xml", *says), net=lambda net: re.sub(pattern, with_, net, flags=re.S))
+
+
+def damaged(content: bytes) -> bytes:
+    """Gzip whose beginning can be read and whose middle cannot."""
+    packed = bytearray(gzip.compress(content))
+    packed[30:50] = b"\x99" * 20
+    return bytes(packed)
+
+
+def loop(here: Path) -> None:
+    (here / "s" / "loop").symlink_to("loop")
+
+
+def folder_for_sumocfg(here: Path) -> None:
+    (here / "s" / "run.sumocfg").unlink()
+    (here / "s" / "run.sumocfg").mkdir()
+
+
+DRIFT = {"attack": "drift"}
+LANE = r'(<lane id="A0A1_0" [^>]*)'
+
+# What is found before SUMO is started.
+EARLY = {
+    # gpsec.toml
+    "huge whole number": toml(f"duration_s = 1{'0' * 400}", "duration_s: expected a number"),
+    "number of too many digits": toml(f"seed = 1{'0' * 5000}", "not valid TOML"),
+    "too deep": toml(f"seed = {'[' * 5000}", "not valid TOML"),
+    "endless duration": toml("duration_s = 1e308", "duration_s: expected at most 1e+07"),
+    "binary": toml(bytes(range(256)), "expected TOML in UTF-8"),
+    "too fine a step": toml("traffic.step_s = 1e-9", "traffic.step_s: expected at least 0.001"),
+    "too fine sublanes": toml("traffic.lateral_resolution_m = 1e-4", "traffic.lateral_resolution_m", "0.1 to 5"),
+    "long name": toml(f"name = '{'x' * 300}'", "name: expected at most 100 characters, found 300"),
+    "empty profile": toml("fleet.profile = {}", "fleet.profile: expected shares that add up to 1"),
+    "share of a profile that is not a number": toml("fleet.profile = {carla = nan}", "fleet.profile.carla", "finite"),
+    "user without a home": toml("sumocfg = '~nobody-there/x.sumocfg'", "sumocfg: expected a path"),
+    "path with a zero byte": toml('sumocfg = "a\\u0000b"', "sumocfg: expected a path", "null byte"),
+    "endless path": toml(f"sumocfg = '{'x' * 5000}'", "sumocfg: expected a path", "file name too long"),
+    "path in a circle": Case(
+        ("s/gpsec.toml: sumocfg: expected a path", "loop"), {"gpsec.toml": "sumocfg = 'loop'"}, prepare=loop
+    ),
+    "folder as sumocfg": toml("sumocfg = '.'", "sumocfg: expected a .sumocfg, found no file"),
+    # plans
+    "endless window": plan("duration_s = [1, 1e300]", "duration_s: expected", "1e+07", "found 1e+300"),
+    "huge window": plan(f"duration_s = [1, 1{'0' * 400}]", "duration_s: expected"),
+    "endless begin": plan("begin_s = 1e300", "begin_s", "1e+300"),
+    "negative begin": plan("begin_s = -5", "begin_s", "-5"),
+    "parameter that is not a number": plan("rate_mps = nan", "rate_mps: expected a finite number, found nan"),
+    "unknown vehicle type": Case(
+        ("plans.0.vehicle_types: unknown vehicle type 'cra': did you mean 'car'?",),
+        {"gpsec.toml": '[[plans]]\nattack = "drift"\nvehicle_types = ["cra"]'},
+    ),
+    # --set
+    "--set of two lines": set_("seed=1\nengine='x'", "expected one value"),
+    "--set of a negative position": set_("plans.-1.share=1", "plans has nothing called '-1'"),
+    "--set of an infinite seed": set_("seed=1e400", "seed: expected a whole number, found inf"),
+    "--set of an unknown parameter": set_("plans.drift.rate=1", "unknown key 'rate'", "did you mean 'rate_mps'?"),
+    # the command line
+    "endless argument": Case(("xxx: cannot be used as a path: file name too long",), arguments=("check", "x" * 5000)),
+    "sumocfg is a folder": Case(("s: expected one .sumocfg, found none",), prepare=folder_for_sumocfg),
+    # the configuration of SUMO
+    "configuration is a net": Case(
+        ("s/grid.net.xml: expected a SUMO configuration, found a net",), {"gpsec.toml": "sumocfg = 'grid.net.xml'"}
+    ),
+    "configuration in an unknown encoding": Case(
+        ("run.sumocfg: expected a SUMO configuration in XML",),
+        {"run.sumocfg": '<?xml version="1.0" encoding="foo-8"?><configuration/>'},
+    ),
+    "step of zero": options('<step-length value="0"/>', "option 'step-length'", "found '0'", "0.1 s"),
+    "negative step": options('<step-length value="-1"/>', "option 'step-length'", "found '-1'"),
+    "step that is not a number": options('<step-length value="nan"/>', "option 'step-length'", "found 'nan'"),
+    "endless step": options('<step-length value="inf"/>', "option 'step-length'", "found 'inf'"),
+    "text for a time": options('<end value="soon"/>', "option 'end': expected seconds or h:m:s, found 'soon'"),
+    "sublanes without end": options('<lateral-resolution value="1e-4"/>', "option 'lateral-resolution'", "0.1 to 10"),
+    "unknown option": options('<step-lenght value="1"/>', "'step-lenght'", "did you mean 'step-length'?"),
+    # the net
+    "net with broken compression": Case(("grid.net.xml",), net=lambda net: damaged(net.encode())),
+    "net cut short": Case(("grid.net.xml: not a SUMO net",), net=lambda net: net[: len(net) // 2]),
+    "net of another encoding": netted('encoding="UTF-8"', 'encoding="foo-8"', "unknown encoding"),
+    "net in no version": netted('<net version="[^"]*"', '<net version="abc"', "not a SUMO net", "abc"),
+    "net of rails": netted(r'(<lane id="[^"]*" index="\d+") ', r'\1 allow="rail" ', "no lane that a road vehicle may"),
+    "net in an unknown projection": netted(
+        r'projParameter="[^"]*"', 'projParameter="+proj=no"', "projParameter", "PROJ"
+    ),
+    "net at no place": netted(r'netOffset="[^"]*"', 'netOffset="nan,0"', "netOffset"),
+    "lane that stands still": netted(LANE + r'speed="[^"]*"', r'\1speed="-0.28"', "lane 'A0A1_0'", "-0.28 m/s"),
+    "lane of endless speed": netted(LANE + r'speed="[^"]*"', r'\1speed="inf"', "lane 'A0A1_0' has a speed of inf"),
+    "lane without a width": netted(LANE + "length", r'\1width="-3" length', "lane 'A0A1_0' has a width of -3.0"),
+    "lane of no width": netted(LANE + "length", r'\1width="nan" length', "lane 'A0A1_0' has a width of nan"),
+    "lane off the Earth": netted(LANE + r'shape="[^"]*"', r'\1shape="0,0 1e300,1e300"', "lane 'A0A1_0'", "1000 km"),
+    "lane round the Earth": netted(LANE + r'shape="[^"]*"', r'\1shape="0,0 4e7,0"', "lane 'A0A1_0'", "1000 km"),
+    "connection from nowhere": netted('<connection from="A0A1"', '<connection from="X"', "not a SUMO net", "'X'"),
+    # parameters of vehicle types
+    "unknown profile of a type": Case(
+        ("cars.rou.xml: vType 'car': gpsec.sensors", "did you mean 'carla'?"),
+        {"cars.rou.xml": car("gpsec.sensors", "carlo")},
+    ),
+}
+
+# What is found by SUMO, or with its help.
+LATE = {
+    "unknown parameter of a type": Case(
+        ("cars.rou.xml: vType 'car'", "'gpsec.sensor'", "'gpsec.sensors'?"),
+        {"cars.rou.xml": car("gpsec.sensor", "carla")},
+    ),
+    "no probability": Case(
+        ("cars.rou.xml: vType 'car'", "gpsec.equipped", "'often'"), {"cars.rou.xml": car("gpsec.equipped", "often")}
+    ),
+    "parameter of a vehicle": Case(
+        ("cars.rou.xml: trip 't'", "gpsec.equipped", "expected it in a vType"),
+        {
+            "cars.rou.xml": routes(
+                f'{CAR}<trip id="t" type="car" depart="0" from="A0A1" to="B2C2">'
+                '<param key="gpsec.equipped" value="1"/></trip>'
+            )
+        },
+    ),
+    "unknown attack of a zone": drawn(zone({"attack": "drft"}), "zone 'z'", "'drft'", "did you mean 'drift'?"),
+    "unknown key of a zone": drawn(zone(DRIFT | {"shaer": "1"}), "zone 'z'", "'gpsec.shaer'", "'gpsec.share'?"),
+    "key of another attack": drawn(zone(DRIFT | {"bias_m": "1"}), "zone 'z'", "'gpsec.bias_m' for attack 'drift'"),
+    "zone of a misspelt type": drawn(zone(DRIFT, kind="gpsec.atack"), "poly 'z'", "'gpsec.attack'", "'gpsec.atack'"),
+    "text in a zone": drawn(zone(DRIFT | {"rate_mps": "x"}), "zone 'z'", "gpsec.rate_mps", "found 'x'"),
+    "endless begin of a zone": drawn(zone(DRIFT | {"begin": "1e300"}), "zone 'z'", "gpsec.begin", "1e+07"),
+    "zone that crosses itself": drawn(zone(DRIFT, "0,0 9,9 9,0 0,9"), "zone 'z'", "shape", "cross itself"),
+    "zone without an area": drawn(zone(DRIFT, "0,0 9,9"), "zone 'z'", "three corners"),
+    "zone at no place": drawn(zone(DRIFT, "nan,0 9,9 9,0"), "zone 'z'", "shape: expected finite coordinates"),
+    "point without a radius": drawn(point(DRIFT), "zone 'z'", "gpsec.radius_m", "found none"),
+    "point of endless radius": drawn(point(DRIFT | {"radius_m": "1e300"}), "zone 'z'", "gpsec.radius_m", "1e+06"),
+    "point at no place": drawn(point(DRIFT | {"radius_m": "9"}, x="nan"), "zone 'z'", "shape: expected finite"),
+    "additional with broken compression": drawn(damaged(zone(DRIFT).encode())),
+    "additional cut short": drawn(zone(DRIFT)[:40], "SUMO says"),
+    "empty route file": Case(("cars.rou.xml", "SUMO says"), {"cars.rou.xml": ""}),
+    "binary route file": Case(("cars.rou.xml", "SUMO says"), {"cars.rou.xml": bytes(range(256))}),
+    "route over an unknown edge": Case(
+        ("SUMO says", "edge 'nope'"),
+        {"cars.rou.xml": routes('<trip id="t" depart="0" from="A0A1" to="nope"/>')},
+    ),
+    "unknown vehicle type of SUMO": Case(
+        ("SUMO says", "vehicle type 'nope'"),
+        {"cars.rou.xml": routes('<trip id="t" type="nope" depart="0" from="A0A1" to="B2C2"/>')},
+    ),
+    "type twice": Case(("SUMO says", "'car'"), {"cars.rou.xml": routes(CAR * 2 + FLOW)}),
+    "begin after the end": options('<begin value="9"/><end value="5"/>', "SUMO says", "end time"),
+    "zone that is not drawn": Case(
+        ("scenario 's'", "plans[0]: zone", "'school'", "no zone is drawn"),
+        {"gpsec.toml": '[[plans]]\nattack = "drift"\nzone = "school"'},
+    ),
+}
+
+
+def refused(here: Path, case: Case, net: str, capsys: pytest.CaptureFixture[str]) -> None:
+    lay_out(here, net, case)
+    before = sorted(here.rglob("*"))
+    assert cli.main(list(case.arguments)) == 2
+    captured = capsys.readouterr()
+    assert captured.err.startswith("gpsec: error: ")
+    assert captured.err.count("\n") == 1, captured.err
+    assert captured.out == ""
+    assert all(fragment in captured.err for fragment in case.says), captured.err
+    assert sorted(here.rglob("*")) == before
+
+
+@pytest.mark.parametrize("name", EARLY)
+def test_refused_before_sumo(name: str, here: Path, grid: str, capsys: pytest.CaptureFixture[str]) -> None:
+    refused(here, EARLY[name], grid, capsys)
+
+
+@pytest.mark.parametrize("name", LATE)
+def test_refused_with_sumo(
+    name: str, here: Path, grid: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(remote, "RemoteSession", SumoSession)  # in this process, which is faster
+    refused(here, LATE[name], grid, capsys)
+
+
+def test_what_a_windows_editor_writes_is_read(here: Path, grid: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(remote, "RemoteSession", SumoSession)
+    lay_out(here, grid, Case((), {"gpsec.toml": b"\xef\xbb\xbfseed = 2\r\n"}))
+    assert cli.main(["check", "s"]) == 0
+
+
+def test_folder_that_is_gone(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    gone = here / "gone"
+    gone.mkdir()
+    os.chdir(gone)
+    shutil.rmtree(gone)
+    assert cli.main(["run", "x.sumocfg"]) == 2
+    assert capsys.readouterr().err == "gpsec: error: the current folder is gone; go to another one\n"
