@@ -24,6 +24,8 @@ from gpsec.threads import Threads
 _GATE_SIGMAS = 3.0
 # … plus this much along the lane, which an attack may have put into the estimate before it was seen.
 _GATE_ALONG_M = 1.0
+# A yaw that is further from the heading sensor's, in standard deviations of that, has been turned by fixes.
+_YAW_SIGMAS = 4.0
 # Fixes count as lost after this many periods, whatever `outage_s` says.
 _OUTAGE_PERIODS = 2.5
 
@@ -195,9 +197,10 @@ def _propagate(
                 consistent_s[row, d] = 0.0
                 isolated_way_m[row, d] = 0.0
                 segment[row, d] = -1
-                # The filter has not turned yet in this step.
-                heading = heading_rad[v] - yaw_rate_rps[v] * step_s
-                _drop_polluted_yaw(mean[row, d], covariance[row, d], heading, table.heading_rad[q])
+                if not lost:
+                    # The filter has not turned yet in this step.
+                    heading = heading_rad[v] - yaw_rate_rps[v] * step_s
+                    _drop_polluted_yaw(mean[row, d], covariance[row, d], heading, table.heading_rad[q])
             if isolated[row, d]:
                 ukf.predict(mean[row, d], covariance[row, d], table, q, speed_mps[v], yaw_rate_rps[v], step_s)
                 isolated_way_m[row, d] += abs(speed_mps[v]) * step_s
@@ -214,9 +217,10 @@ def _drop_polluted_yaw(mean: Floats, covariance: Floats, heading_rad: float, sig
     """Take the heading sensor's yaw where the filter's contradicts it.
 
     Fixes that jump sideways turn the EKF's yaw (a jump of 2.4 m by some degrees), and in isolation nothing would
-    correct it. The heading sensor knows nothing of fixes.
+    correct it. The heading sensor knows nothing of fixes. Where fixes are only lost, the filter knows yaw better than
+    a sensor that may be off by its bias.
     """
-    if abs(wrap_angle(mean[2] - heading_rad)) > _GATE_SIGMAS * sigma_rad:
+    if abs(wrap_angle(mean[2] - heading_rad)) > _YAW_SIGMAS * sigma_rad:
         mean[2] = heading_rad
         covariance[2, 2] = sigma_rad * sigma_rad
 

@@ -16,6 +16,7 @@ from gpsec.reference.sight import Sight
 
 RESPONSES = ("none", "dead_reckoning", "ukf")
 _SIGMAS = 3.0
+_YAW_SIGMAS = 4.0
 _ALONG_SLACK_M = 1.0
 _LOST_PERIODS = 2.5
 
@@ -67,7 +68,7 @@ class Navigator:
     def step(self, sight: Sight, alarm: bool, lost: bool, residual_m: float | None, road: Road) -> None:
         """Take one step."""
         if self.ekf is not None and self.response != "none" and (alarm or lost):
-            self._isolate(self.ekf, sight)
+            self._isolate(self.ekf, sight, lost)
         step_s = self._rules.step_s
         if self.ekf is not None:
             self.ekf.predict(sight.speed_mps, sight.yaw_rate_rps, step_s)
@@ -85,12 +86,12 @@ class Navigator:
             if sight.fix_m is not None and residual_m is not None:
                 self._consider(self.ukf, sight.fix_m, residual_m)
 
-    def _isolate(self, ekf: GnssEkf, sight: Sight) -> None:
+    def _isolate(self, ekf: GnssEkf, sight: Sight, lost: bool) -> None:
         mean, P = ekf.mean, ekf.covariance
         yaw, variance, sigma = float(mean[2]), float(P[2, 2]), self._rules.noise.heading_rad
         # Where spoofed fixes have turned the filter, the heading sensor's yaw of one step ago is better.
         heading = sight.heading_rad - sight.yaw_rate_rps * self._rules.step_s
-        if abs(wrapped(yaw - heading)) > _SIGMAS * sigma:
+        if not lost and abs(wrapped(yaw - heading)) > _YAW_SIGMAS * sigma:
             yaw, variance = heading, sigma**2
         self.ukf = CameraUkf(self._rules.noise, mean[:2].copy(), P[:2, :2].copy(), yaw, variance)
         self.ekf = None

@@ -166,12 +166,22 @@ def test_ukf_holds_the_lane_where_dead_reckoning_drifts_off(straight):
     assert rig.error_m("none")[0, 1] == pytest.approx(2.4, abs=0.4)
 
 
-@pytest.mark.parametrize(("yaw", "kept"), [(0.2, False), (-0.031, False), (0.029, True)])
+@pytest.mark.parametrize(("yaw", "kept"), [(0.2, False), (-0.041, False), (0.039, True)])
 def test_a_yaw_that_spoofed_fixes_have_turned_is_not_taken_into_isolation(rig, yaw, kept):
-    """More than three standard deviations (of 0.01 rad) away from the heading sensor's, that one is taken."""
+    """More than four standard deviations (of 0.01 rad) away from the heading sensor's, that one is taken."""
     column = rig.column("dead_reckoning")
     rig.filters.mean[0, column, 2] = yaw
     rig.seen.heading_rad[:] = 0.0
     rig.step(alarm=True)
     assert rig.filters.mean[0, column, 2] == pytest.approx(yaw if kept else 0.0, abs=1e-12)
     assert (rig.filters.covariance[0, column, 2, 2] < 0.01**2) == kept
+
+
+def test_yaw_is_kept_where_fixes_are_only_lost(rig):
+    column = rig.column("dead_reckoning")
+    rig.filters.mean[0, column, 2] = 0.2
+    rig.seen.heading_rad[:] = 0.0
+    for _ in range(8):
+        rig.step(fix=False)
+    assert rig.filters.isolated[0, column]
+    assert rig.filters.mean[0, column, 2] == pytest.approx(0.2, abs=1e-12)
