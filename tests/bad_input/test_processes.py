@@ -103,7 +103,6 @@ def test_reader_that_has_had_enough(arguments: tuple[str, ...]) -> None:
 @pytest.mark.parametrize(
     ("number", "stage"),
     [
-        (signal.SIGINT, ""),
         (signal.SIGTERM, "loading"),
         (signal.SIGINT, "running"),
         (signal.SIGHUP, "running"),
