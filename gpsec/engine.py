@@ -10,6 +10,7 @@ import numpy as np
 from gpsec.arrays import Flags, Floats, Ints
 from gpsec.detection.base import Detector, LabelledDetector
 from gpsec.fleet import Measurements, Rows, Tracks, Vehicles
+from gpsec.kernels import compile_seconds
 from gpsec.threads import Threads
 
 
@@ -18,22 +19,26 @@ class Stopwatch:
 
     Attributes:
         stages_s: seconds of each stage so far, in the order in which stages were first entered.
-
+        compile_s: seconds that went into compiling kernels; they count for no stage.
     """
 
     def __init__(self) -> None:
         self.stages_s: dict[str, float] = defaultdict(float)
-        self._since = perf_counter()
+        self.compile_s = 0.0
+        self.start()
 
     def start(self) -> None:
         """Begin to count, whatever went on before."""
         self._since = perf_counter()
+        self._compiled_s = compile_seconds()
 
     def lap(self, stage: str) -> None:
         """Count the time since `start` or the last lap for `stage`."""
-        now = perf_counter()
-        self.stages_s[stage] += now - self._since
-        self._since = now
+        since, compiled_s = self._since, self._compiled_s
+        self.start()
+        compiled_s = self._compiled_s - compiled_s
+        self.compile_s += compiled_s
+        self.stages_s[stage] += self._since - since - compiled_s
 
 
 @dataclass

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import ParamSpec, TypeVar, cast
 
 import numba
+from numba.core import event
 
 from gpsec.errors import GpsecError
 
@@ -44,6 +45,21 @@ def _code_folder() -> str:
 
 if not numba.config.CACHE_DIR:
     numba.config.CACHE_DIR = _code_folder()
+
+
+_compiling = event.TimingListener()
+event.register("numba:compile", _compiling)
+
+
+def are_compiled() -> bool:
+    """Return whether machine code of this version is kept already."""
+    folder = Path(numba.config.CACHE_DIR)
+    return folder.is_dir() and any(folder.rglob("*.nbi"))
+
+
+def compile_seconds() -> float:
+    """Return the wall-clock seconds that this process has spent in compiling kernels so far."""
+    return float(_compiling.duration) if _compiling.done else 0.0
 
 
 def kernel(function: Callable[P, R]) -> Callable[P, R]:

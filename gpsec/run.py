@@ -147,9 +147,8 @@ def _start(scenario: Scenario, work: Path, run: Run) -> _Worker:
     context = get_context("spawn")
     ours, theirs = context.Pipe(duplex=False)
     log = work / f".{scenario.name}.log"  # the dot keeps it apart from every scenario
-    process = context.Process(
-        target=_work, args=(run, scenario, work / scenario.name, log, theirs), name=scenario.name, daemon=True
-    )
+    # Not a daemon: SUMO gets a process of its own below it, which ends when this one is gone.
+    process = context.Process(target=_work, args=(run, scenario, work / scenario.name, log, theirs), name=scenario.name)
     with _deaf_to_interrupts(), _one_thread():
         process.start()
     theirs.close()
@@ -163,7 +162,7 @@ def _work(run: Run, scenario: Scenario, folder: Path, log: Path, connection: Con
     folder.mkdir()
     scratch.mkdir()
     # What a killed process leaves behind goes away with the folder of the run.
-    tempfile.tempdir = str(scratch)
+    tempfile.tempdir = os.environ["TMPDIR"] = str(scratch)
     tell = _Teller(connection)
     try:
         run(scenario, folder, tell)

@@ -23,8 +23,8 @@ from gpsec.sensors.profiles import residual_sigma_m
 from gpsec.sensors.registry import PROFILES
 from gpsec.sensors.sense import Sensors
 from gpsec.traffic.options import SumoOptions, resolve_options
-from gpsec.traffic.session import SumoSession
 from gpsec.traffic.vehicletypes import check_type_names, named_sensors
+from gpsec.traffic.zones import ZoneSource
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ def make_localization(scenario: Scenario, world: World, detectors: Sequence[str]
     return Localization(columns, [responses[defence.response] for defence in scenario.defences], world, settings)
 
 
-def make_plans(scenario: Scenario, session: SumoSession) -> list[Plan]:
+def make_plans(scenario: Scenario, session: ZoneSource) -> list[Plan]:
     """Return the attack plans of the scenario and of the zones that are drawn in it.
 
     Raises:

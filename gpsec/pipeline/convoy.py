@@ -48,6 +48,7 @@ class Convoy:
         vehicles, seen, tracks: the fleet's arrays.
         roll: who each vehicle row in use stands for.
         vehicle_rows, track_rows: rows in use, ascending.
+        attacks: attacks begun so far, for each plan.
 
     """
 
@@ -74,6 +75,7 @@ class Convoy:
         self.roll: dict[int, Roll] = {}
         self.vehicle_rows: Ints = np.zeros(0, np.int32)
         self.track_rows: Ints = np.zeros(0, np.int32)
+        self.attacks = [0] * len(plans)
         self._seed = seed
         self._clock = Clock(step_s, origin_s)
         self._settle_steps = int(np.ceil(settle_s / step_s - 1e-6))
@@ -198,6 +200,7 @@ class Convoy:
                 ended = np.array([self._track(row, number) for row in ending.tolist()], np.int32)
                 tracks.attacked[ended] = False
                 tracks.end_step[ended] = step
+            self.attacks[number - 1] += len(starting)
             if len(starting):
                 source = np.array([self._track(row, 0) for row in starting.tolist()], np.int32)
                 forked = self._new_tracks(starting, number)

@@ -46,12 +46,13 @@ class FleetChoice:
 
     def _draw(self, departure: Departure, channel: int) -> float:
         # A vehicle that goes on as id#2 keeps what it was given as id.
-        return noise.uniform(np.uint64(noise.vehicle_key(self.seed, _first_life(departure))), channel, 0)
+        return noise.uniform(np.uint64(noise.vehicle_key(self.seed, first_life(departure.vehicle_id))), channel, 0)
 
 
-def _first_life(departure: Departure) -> str:
-    name, mark, life = departure.vehicle_id.rpartition("#")
-    return name if mark and life.isdigit() else departure.vehicle_id
+def first_life(vehicle_id: str) -> str:
+    """Return SUMO's id of a vehicle that goes on as ``id#2``, ``id#3``, … after a jump or a teleport."""
+    name, mark, life = vehicle_id.rpartition("#")
+    return name if mark and life.isdigit() else vehicle_id
 
 
 def run_profiles(shares: Mapping[str, float], named: Mapping[str, str]) -> tuple[str, ...]:

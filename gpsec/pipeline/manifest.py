@@ -10,8 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from gpsec import __version__
+from gpsec.attacks.schedule import Plan
 from gpsec.outcomes.tables import whole
 from gpsec.pipeline.build import Ground
+from gpsec.pipeline.fleet_choice import first_life
 from gpsec.scenario import Scenario
 from gpsec.traffic.source import Frame
 
@@ -37,22 +39,28 @@ class Counts:
 
     Attributes:
         steps: of the simulation.
-        vehicles: distinct vehicles of the fleet.
-        vehicle_steps, track_steps: sums over the steps of vehicles and of tracks.
+        vehicles: distinct vehicles of the fleet; one that goes on after a jump or a teleport counts again.
+        resumed: those that went on as ``id#2``, ``id#3``, …
+        vehicle_steps, track_steps: sums over the steps of vehicles of the fleet and of tracks.
+        road_steps: sum over the steps of all vehicles in the simulation, equipped or not.
         peak_vehicles: most vehicles of the fleet at once; peak_on_road: most in the simulation, equipped or not.
         sumo_s, read_s: wall-clock seconds in SUMO's steps, and in reading them.
+        compile_s: wall-clock seconds of compiling kernels inside the loop; they count for no stage.
         loop_s, total_s: wall-clock seconds of the loop, and of everything from loading to the tables.
 
     """
 
     steps: int = 0
     vehicles: int = 0
+    resumed: int = 0
     vehicle_steps: int = 0
     track_steps: int = 0
+    road_steps: int = 0
     peak_vehicles: int = 0
     peak_on_road: int = 0
     sumo_s: float = 0.0
     read_s: float = 0.0
+    compile_s: float = 0.0
     loop_s: float = 0.0
     total_s: float = 0.0
 
@@ -60,7 +68,9 @@ class Counts:
         """Count one step."""
         self.steps += 1
         self.vehicles += len(frame.departures)
+        self.resumed += sum(first_life(departure.vehicle_id) != departure.vehicle_id for departure in frame.departures)
         self.vehicle_steps += len(frame.rows)
+        self.road_steps += frame.on_road
         self.track_steps += tracks
         self.peak_vehicles = max(self.peak_vehicles, len(frame.rows))
         self.peak_on_road = max(self.peak_on_road, frame.on_road)
@@ -70,11 +80,13 @@ def write_manifest(
     folder: Path,
     scenario: Scenario,
     ground: Ground,
+    plans: Sequence[Plan],
     counts: Counts,
     stages_s: Mapping[str, float],
+    notes: Sequence[str],
     warnings: Sequence[str],
 ) -> None:
-    """Write `manifest.json`."""
+    """Write `manifest.json`; `notes` is what the user was told, `warnings` what SUMO said."""
     figures = {key: round(value, 4) if isinstance(value, float) else value for key, value in asdict(counts).items()}
     manifest: dict[str, Any] = {
         "scenario": scenario.name,
@@ -87,7 +99,8 @@ def write_manifest(
         "step_s": ground.options.step_s,
         "lateral_resolution_m": ground.options.lateral_resolution_m,
         "profiles": list(ground.choice.profiles),
-        "notes": list(ground.options.notes),
+        "plans": [_plan(plan) for plan in plans],
+        "notes": list(notes),
         "sumo_warnings": list(warnings),
         **figures,
         "stages_s": {stage: round(seconds, 4) for stage, seconds in stages_s.items()},
@@ -99,10 +112,19 @@ def write_manifest(
         path.write_text(json.dumps(manifest, indent=2) + "\n", encoding="utf-8")
 
 
+def _plan(plan: Plan) -> dict[str, Any]:
+    """Return all that a plan depends on, drawn zones included."""
+    stated = plan.config.model_dump(mode="json")
+    if plan.zone is not None:
+        stated |= {"shape_m": plan.zone.shape_m.tolist(), "radius_m": plan.zone.radius_m}
+    return stated
+
+
 def git_commit() -> str | None:
     """Return the commit of the checkout that this code lies in, with a mark where it was changed; None outside one."""
     here = Path(__file__).resolve().parent
     try:
+        _git(here, "ls-files", "--error-unmatch", __file__)  # an environment may lie in somebody else's checkout
         commit = _git(here, "rev-parse", "HEAD")
         changed = _git(here, "status", "--porcelain", "--untracked-files=no", "--", str(here.parent))
     except (OSError, subprocess.CalledProcessError):

@@ -12,6 +12,7 @@ from gpsec.arrays import Ints
 from gpsec.attacks.plans import NO_ATTACK
 from gpsec.engine import Method, Stopwatch, Watchers
 from gpsec.errors import GpsecError
+from gpsec.kernels import are_compiled
 from gpsec.outcomes.events import Journey
 from gpsec.outcomes.recorder import Outcomes
 from gpsec.outcomes.steps import StepLog
@@ -23,7 +24,7 @@ from gpsec.pipeline.manifest import Counts, write_manifest
 from gpsec.progress import Progress
 from gpsec.scenario import Scenario
 from gpsec.threads import Threads
-from gpsec.traffic.session import SumoSession
+from gpsec.traffic.remote import RemoteSession
 
 # Step length of the benign runs that thresholds were calibrated on.
 CALIBRATED_STEP_S = 0.1
@@ -41,17 +42,16 @@ def run_scenario(scenario: Scenario, folder: Path, report: Report) -> None:
 
     """
     began = perf_counter()
-    report(Progress(scenario.name, stage="loading the net"))
+    first = "" if are_compiled() else "kernels are compiled once, so the first steps take up to a minute"
+    report(Progress(scenario.name, stage="loading the net", note=first))
     ground = lay_ground(scenario)
     watchers = make_watchers(scenario, ground)
-    for note in (*ground.options.notes, *_warnings(ground)):
-        report(Progress(scenario.name, stage="loading the net", note=note))
     with ExitStack() as stack:
         torch.set_num_threads(1)
         stack.enter_context(threadpool_limits(1))
         threads = Threads(scenario.threads)
         stack.callback(threads.close)
-        session = stack.enter_context(SumoSession(ground.options, ground.hd_map.lane_index, ground.choice.equipped))
+        session = stack.enter_context(RemoteSession(ground.options, ground.hd_map.lane_index, ground.choice.equipped))
         _Run(scenario, folder, report, ground, watchers, session, threads, stack).go(began)
 
 
@@ -65,7 +65,7 @@ class _Run:
         report: Report,
         ground: Ground,
         watchers: Watchers,
-        session: SumoSession,
+        session: RemoteSession,
         threads: Threads,
         stack: ExitStack,
     ) -> None:
@@ -78,7 +78,10 @@ class _Run:
         self.stack = stack
         self.watch = Stopwatch()
         self.counts = Counts()
-        plans = make_plans(scenario, session)
+        self.notes: list[str] = []
+        for note in (*ground.options.notes, *_warnings(ground)):
+            self._say(note)
+        plans = self.plans = make_plans(scenario, session)
         defences = [(defence.detector, defence.response) for defence in scenario.defences]
         names = [NO_ATTACK, *(plan.name for plan in plans)]
         method = _method(scenario, ground, watchers)
@@ -139,6 +142,7 @@ class _Run:
         self._check_not_empty()
         convoy.finish()
         self.report(Progress(scenario.name, stage="writing tables"))
+        self._say_what_did_not_happen()
         self.watch.start()
         settings = scenario.outcomes
         self.outcomes.write(
@@ -150,9 +154,37 @@ class _Run:
         )
         self.watch.lap("files")
         self.counts.sumo_s, self.counts.read_s = session.sumo_s, session.read_s
+        self.counts.compile_s = self.watch.compile_s
         session.close()
         self.counts.total_s = perf_counter() - began
-        write_manifest(self.folder, scenario, self.ground, self.counts, self.watch.stages_s, session.warnings)
+        write_manifest(
+            self.folder,
+            scenario,
+            self.ground,
+            self.plans,
+            self.counts,
+            self.watch.stages_s,
+            self.notes,
+            session.warnings,
+        )
+
+    def _say(self, note: str, stage: str = "loading the net") -> None:
+        self.notes.append(note)
+        self.report(Progress(self.scenario.name, stage=stage, note=note))
+
+    def _say_what_did_not_happen(self) -> None:
+        idle = [plan.name for plan, begun in zip(self.plans, self.convoy.attacks, strict=True) if begun == 0]
+        if idle:
+            self._say(
+                f"no vehicle was attacked under {', '.join(idle)}: an attack begins when a vehicle has settled"
+                f" ({self.scenario.fleet.settle_s:g} s) and its window has come, or in its zone",
+                "writing tables",
+            )
+        if self.counts.resumed:
+            self._say(
+                f"{self.counts.resumed} vehicles went on as new ones (id#2, …) after a jump or a teleport",
+                "writing tables",
+            )
 
     def _observe(self, step: int, time_s: float) -> None:
         convoy, answers = self.convoy, self.method.answers
@@ -193,8 +225,9 @@ class _Run:
             raise GpsecError(f"{config}: no vehicle departs within the time that is simulated")
         if self.counts.vehicles == 0:
             raise GpsecError(
-                f"{config}: no vehicle is equipped; expected fleet.equipped_share or the gpsec.equipped of a type"
-                " above 0, and vehicles of road classes"
+                f"{config}: no vehicle is equipped, of up to {self.counts.peak_on_road} on the road at once;"
+                f" expected a larger fleet.equipped_share (it is {self.scenario.fleet.equipped_share:g}) or"
+                " gpsec.equipped of their types, a longer run, or vehicles of road classes"
             )
 
 

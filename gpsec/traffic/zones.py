@@ -3,7 +3,7 @@
 from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 import libsumo
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from gpsec.arrays import Floats
 from gpsec.errors import GpsecError, nearest
 from gpsec.traffic.inputs import PREFIX, own_parameters
+from gpsec.traffic.options import SumoOptions
 
 ZONE_TYPE = "gpsec.attack"
 
@@ -30,6 +31,20 @@ class ZoneShape:
     kind: Literal["polygon", "point"]
     shape_m: Floats
     parameters: dict[str, str]
+
+
+class ZoneSource(Protocol):
+    """A simulation that can be asked for the zones that are drawn in it.
+
+    Attributes:
+        options: what it was started with.
+    """
+
+    options: SumoOptions
+
+    def zones(self, known_keys: Collection[str]) -> list[ZoneShape]:
+        """Return the zones; see `read_zones`."""
+        ...
 
 
 def read_zones(known_keys: Collection[str], files: tuple[Path, ...]) -> list[ZoneShape]:

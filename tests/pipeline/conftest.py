@@ -80,7 +80,7 @@ def replay(monkeypatch: pytest.MonkeyPatch) -> Callable[[Traffic], None]:
             def zones(self, known_keys: Any) -> list[Any]:
                 return traffic.zones
 
-        monkeypatch.setattr(loop, "SumoSession", ReplaySession)
+        monkeypatch.setattr(loop, "RemoteSession", ReplaySession)
 
     return use
 
