@@ -99,7 +99,8 @@ def _plan(zone: DrawnZone, where: str) -> tuple[PlanConfig, Zone]:
     plan = {key: given.pop(key) for key in _PLAN_KEYS if key in given}
     others = [PREFIX + key for key in ("attack", *_PLAN_KEYS, "radius_m")]
     attack = build_attack(name, given, where, prefix=PREFIX, other_keys=others, as_text=True)
-    table: dict[str, object] = {"attack": name, "name": zone.zone_id, "zone": zone.zone_id}
+    # A transmitter spares nobody, unless its share says so.
+    table: dict[str, object] = {"attack": name, "name": zone.zone_id, "zone": zone.zone_id, "share": 1.0}
     table |= {_PLAN_KEYS[key]: _number(text, key, where) for key, text in plan.items()}
     _check_plan(table, where)
     return plan_config({**table, "parameters": attack.model_dump()}, where), area

@@ -73,7 +73,7 @@ def test_a_polygon_becomes_a_plan() -> None:
 def test_a_point_becomes_a_plan_with_defaults() -> None:
     drawn = Drawn("point", POINT, {"gpsec.attack": "jamming", "gpsec.radius_m": "150"})
     [(config, zone)] = plans_from_zones([drawn], "town.add.xml")
-    assert (config.begin_s, config.end_s, config.share) == (0.0, None, 0.5)
+    assert (config.begin_s, config.end_s, config.share) == (0.0, None, 1.0)
     assert zone.radius_m == 150.0
 
 
