@@ -1,7 +1,7 @@
 """The tables with a row for every attack: `detection.csv`, `localization.csv`, `safety.csv`."""
 
-from collections.abc import Callable, Iterator
-from typing import Any
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -17,6 +17,9 @@ from gpsec.outcomes.state import ATTACK, FALSE, FN, FP, LIFE, OUTCOMES, TN, TP
 from gpsec.outcomes.study import Study
 
 Columns = dict[str, Any]
+
+# Below this, a bootstrap over vehicles says nothing.
+_FEWEST_VEHICLES = 2
 
 
 def detection_table(
@@ -65,22 +68,23 @@ def localization_table(study: Study, tracks: ClosedTracks, scenario: str, bootst
 
 
 def safety_table(study: Study, tracks: ClosedTracks, scenario: str, confidence: float) -> pd.DataFrame:
-    """Return one row for every attack and defence: how many vehicles would have reached each outcome."""
+    """Return one row for every profile, attack and defence: how many vehicles would have reached each outcome."""
     parts = []
-    for plan, attack in enumerate(study.plans):
-        chosen = tracks.of_plan(plan)
-        columns: Columns = {
-            "scenario": scenario,
-            "attack": attack,
-            "defence": list(study.defence_names),
-            "n_vehicles": len(chosen),
-        }
-        reached = (chosen.state.first_step >= 0).sum(axis=0)
-        for outcome, name in enumerate(OUTCOMES):
-            columns[name] = reached[:, outcome]
-        for outcome, name in enumerate(OUTCOMES):
-            columns |= _share(f"{name}_share", reached[:, outcome], len(chosen), confidence)
-        parts.append(pd.DataFrame(columns))
+    for profile, name in enumerate(study.profiles):
+        for plan, attack in enumerate(study.plans):
+            chosen = tracks.take(tracks.profile == profile).of_plan(plan)
+            columns: Columns = {
+                "scenario": scenario,
+                "profile": name,
+                "attack": attack,
+                "defence": list(study.defence_names),
+                "n_vehicles": len(chosen),
+            }
+            reached = (chosen.state.first_step >= 0).sum(axis=0)
+            columns |= {outcome: reached[:, i] for i, outcome in enumerate(OUTCOMES)}
+            for i, outcome in enumerate(OUTCOMES):
+                columns |= _share(f"{outcome}_share", reached[:, i], len(chosen), confidence)
+            parts.append(pd.DataFrame(columns))
     return pd.concat(parts, ignore_index=True)
 
 
@@ -90,38 +94,41 @@ def _detection(study: Study, chosen: ClosedTracks, bootstrap: Bootstrap, label: 
     detected = chosen.state.detection_step >= 0
     delay = np.where(detected, (chosen.state.detection_step - chosen.start_step[:, None]) * study.step_s, 0.0)
     per_vehicle = np.concatenate([counts, delay[..., None], detected[..., None]], axis=2)
-    total, replicates = _resampled(per_vehicle, bootstrap, label)
+    sums = _resampled(per_vehicle, bootstrap, label)
     columns: Columns = {}
     for name, of in _DETECTION.items():
-        columns |= _interval(name, of(total), of(replicates), bootstrap, known=attacked)
-    columns |= _interval("delay_mean_s", _mean_delay(total), _mean_delay(replicates), bootstrap)
+        columns |= _interval(name, of(sums.each), of(sums.total), of(sums.resampled), bootstrap)
     for name, share in (("delay_median_s", 0.5), ("delay_p95_s", 0.95)):
         columns[name] = cells(metrics.quantiles(delay, detected, share))
     trials = len(chosen) if attacked else 0
     columns |= _share("detected_share", detected.sum(axis=0), trials, bootstrap.confidence)
-    columns["false_positive_rate"] = cells(metrics.ratio(total[..., FP], total[..., FP] + total[..., TN]))
+    columns["false_positive_rate"] = cells(metrics.ratio(sums.total[..., FP], sums.total[..., [FP, TN]].sum(axis=-1)))
     return columns
 
 
 _DETECTION: dict[str, Callable[[Floats], Figures]] = {
-    "precision": lambda sums: metrics.precision(sums[..., TP], sums[..., FP]),
+    "precision": lambda sums: metrics.precision(sums[..., TP], sums[..., FP], sums[..., FN]),
     "recall": lambda sums: metrics.recall(sums[..., TP], sums[..., FN]),
     "f1": lambda sums: metrics.f1(sums[..., TP], sums[..., FP], sums[..., FN]),
+    "delay_mean_s": lambda sums: metrics.ratio(sums[..., 4], sums[..., 5]),
 }
-
-
-def _mean_delay(sums: Floats) -> Figures:
-    return metrics.ratio(sums[..., 4], sums[..., 5])
 
 
 def _false_alarms(study: Study, benign: ClosedTracks, bootstrap: Bootstrap, profile: str) -> Columns:
     """Return the false alarms of K detectors on vehicles without an attack, for each vehicle-hour."""
     onsets = benign.state.onsets[..., FALSE].astype(np.float64)
     hours = np.broadcast_to(benign.state.steps[:, None, LIFE] * (study.step_s / 3600.0), onsets.shape)
-    total, replicates = _resampled(np.stack([onsets, hours], axis=2), bootstrap, f"{profile}/false alarms")
+    sums = _resampled(np.stack([onsets, hours], axis=2), bootstrap, f"{profile}/false alarms")
     name = "false_alarms_per_vehicle_hour"
-    rate, rates = (metrics.ratio(sums[..., 0], sums[..., 1]) for sums in (total, replicates))
-    return _interval(name, rate, rates, bootstrap) | {"vehicle_hours": total[..., 1]}
+    each, rate, resampled = (metrics.ratio(part[..., 0], part[..., 1]) for part in sums)
+    columns = _interval(name, each, rate, resampled, bootstrap)
+    # Fleets that are drawn from vehicles without a false alarm have none either, however short the time.
+    total, total_hours = sums.total[..., 0], sums.total[..., 1]
+    bound, none = metrics.poisson_bound_of_none(total_hours, bootstrap.confidence)
+    none = none & (total == 0.0)
+    columns[f"{name}_lo"] = np.where(none, 0.0, columns[f"{name}_lo"])
+    columns[f"{name}_hi"] = np.where(none, bound, columns[f"{name}_hi"])
+    return columns | {"vehicle_hours": total_hours}
 
 
 def _areas(histogram: Longs, profile: int, plan: int, chosen: ClosedTracks) -> Columns:
@@ -137,36 +144,49 @@ def _areas(histogram: Longs, profile: int, plan: int, chosen: ClosedTracks) -> C
 def _localization(study: Study, chosen: ClosedTracks, when: int, bootstrap: Bootstrap, label: str) -> Columns:
     squared = chosen.state.squared_m2[:, :, when]
     samples = np.broadcast_to(chosen.state.steps[:, when, None, None], (*squared.shape[:2], 1))
-    total, replicates = _resampled(np.concatenate([squared, samples], axis=2), bootstrap, label)
-    estimate, resampled = (error_columns(sums[..., :4], sums[..., 4]) for sums in (total, replicates))
+    sums = _resampled(np.concatenate([squared, samples], axis=2), bootstrap, label)
+    each, total, resampled = (error_columns(part[..., :4], part[..., 4]) for part in sums)
     columns: Columns = {}
-    for name, figures in estimate.items():
-        columns |= _interval(name, figures, resampled[name], bootstrap)
+    for name in total:
+        columns |= _interval(name, each[name], total[name], resampled[name], bootstrap)
     largest = chosen.state.max_cross_m[:, :, when].max(axis=0, initial=0.0)
-    columns["max_cross_track_m"] = cells(Figures(largest, total[..., 4] > 0.0))
+    columns["max_cross_track_m"] = cells(Figures(largest, sums.total[..., 4] > 0.0))
     return columns
 
 
-def _resampled(per_vehicle: Floats, bootstrap: Bootstrap, label: str) -> tuple[Floats, Floats]:
-    """Return (K, C) sums over all vehicles and (B, K, C) over resampled ones, of (V, K, C)."""
+class _Sums(NamedTuple):
+    """C sums for K detectors or defences: (V, K, C) of each vehicle, (K, C) of all, (B, K, C) of resampled fleets."""
+
+    each: Floats
+    total: Floats
+    resampled: Floats
+
+
+def _resampled(per_vehicle: Floats, bootstrap: Bootstrap, label: str) -> _Sums:
     vehicles, k, c = per_vehicle.shape
-    sums = bootstrap.sums(label, per_vehicle.reshape(vehicles, k * c))
-    return per_vehicle.sum(axis=0), sums.reshape(bootstrap.replicates, k, c)
+    resampled = bootstrap.sums(label, per_vehicle.reshape(vehicles, k * c)).reshape(bootstrap.replicates, k, c)
+    return _Sums(per_vehicle, per_vehicle.sum(axis=0), resampled)
 
 
-def _interval(name: str, figures: Figures, replicates: Figures, bootstrap: Bootstrap, *, known: bool = True) -> Columns:
-    low, high = metrics.percentile_interval(replicates, bootstrap.confidence)
-    return dict(_with_bounds(name, figures, low, high, known=known))
+def _interval(name: str, each: Figures, total: Figures, resampled: Figures, bootstrap: Bootstrap) -> Columns:
+    """Return a figure and its bootstrap interval, which needs two vehicles that the figure is defined for.
+
+    With one there is nothing to resample: every fleet would have its figure, and the interval no width.
+    """
+    enough = each.known.sum(axis=0) >= _FEWEST_VEHICLES
+    low, high = metrics.percentile_interval(resampled, bootstrap.confidence)
+    return _with_bounds(name, total, Figures(low.value, low.known & enough), Figures(high.value, high.known & enough))
 
 
 def _share(name: str, successes: Longs, trials: int, confidence: float) -> Columns:
     every = np.full(len(successes), trials)
     low, high = metrics.wilson_interval(successes, every, confidence)
-    return dict(_with_bounds(name, metrics.ratio(successes, every), low, high))
+    return _with_bounds(name, metrics.ratio(successes, every), low, high)
 
 
-def _with_bounds(
-    name: str, figures: Figures, low: Figures, high: Figures, *, known: bool = True
-) -> Iterator[tuple[str, Floats]]:
-    for suffix, part in (("", figures), ("_lo", low), ("_hi", high)):
-        yield name + suffix, cells(Figures(part.value, part.known & figures.known & known))
+def _with_bounds(name: str, figures: Figures, low: Figures, high: Figures) -> Columns:
+    bounds = {
+        suffix: cells(Figures(bound.value, bound.known & figures.known))
+        for suffix, bound in (("_lo", low), ("_hi", high))
+    }
+    return {name: cells(figures)} | {name + suffix: values for suffix, values in bounds.items()}

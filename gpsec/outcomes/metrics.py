@@ -4,6 +4,7 @@ A figure can be undefined (the precision of a detector that never raised an alar
 not `known`, and its cell in a table is empty.
 """
 
+from math import log
 from statistics import NormalDist
 from typing import Any, NamedTuple
 
@@ -29,9 +30,14 @@ def ratio(numerator: Numbers, denominator: Numbers) -> Figures:
     return Figures(np.divide(numerator, over, out=np.zeros_like(over), where=known), known)
 
 
-def precision(tp: Numbers, fp: Numbers) -> Figures:
-    """Return TP / (TP + FP): the share of alarmed samples that were attacked."""
-    return ratio(tp, tp + fp)
+def precision(tp: Numbers, fp: Numbers, fn: Numbers) -> Figures:
+    """Return TP / (TP + FP), the share of alarmed samples that were attacked; undefined without attacked samples.
+
+    Where none could be scored (jamming leaves no fix), every alarm would count against the detector.
+    """
+    score = ratio(tp, tp + fp)
+    known = score.known & (np.asarray(tp + fn, np.float64) > 0.0)
+    return Figures(np.where(known, score.value, 0.0), known)
 
 
 def recall(tp: Numbers, fn: Numbers) -> Figures:
@@ -78,3 +84,12 @@ def wilson_interval(successes: Numbers, trials: Numbers, confidence: float) -> t
     low = np.where(known & (share > 0.0), np.maximum(centre - half, 0.0), 0.0)
     high = np.where(known, np.where(share < 1.0, np.minimum(centre + half, 1.0), 1.0), 0.0)
     return Figures(low, known), Figures(high, known)
+
+
+def poisson_bound_of_none(exposure: Numbers, confidence: float) -> Figures:
+    """Return the upper bound of a rate of which `exposure` has seen no event: exact, for a Poisson count of 0.
+
+    It is the upper end of the two-sided interval of Garwood (Biometrika 1936), the rate at which no event at all has
+    the probability (1 − confidence) / 2; the lower end is 0.
+    """
+    return ratio(np.full(np.shape(exposure), -log(0.5 * (1.0 - confidence))), exposure)

@@ -9,7 +9,7 @@ from gpsec.outcomes.metrics import Figures
 
 def test_by_hand():
     tp, fp, fn = np.array([8]), np.array([2]), np.array([4])
-    assert metrics.precision(tp, fp).value == 0.8
+    assert metrics.precision(tp, fp, fn).value == 0.8
     assert metrics.recall(tp, fn).value == 8 / 12
     assert metrics.f1(tp, fp, fn).value == pytest.approx(2 * 0.8 * (2 / 3) / (0.8 + 2 / 3))
     assert metrics.rmse(np.array([9.0 + 16.0]), np.array([4])).value == 2.5
@@ -19,7 +19,7 @@ def test_like_scikit_learn():
     rng = np.random.default_rng(0)
     truth, alarm = rng.random(500) < 0.3, rng.random(500) < 0.4
     tp, fp, fn = (np.array([x.sum()]) for x in (truth & alarm, ~truth & alarm, truth & ~alarm))
-    assert metrics.precision(tp, fp).value == pytest.approx(precision_score(truth, alarm))
+    assert metrics.precision(tp, fp, fn).value == pytest.approx(precision_score(truth, alarm))
     assert metrics.recall(tp, fn).value == pytest.approx(recall_score(truth, alarm))
     assert metrics.f1(tp, fp, fn).value == pytest.approx(f1_score(truth, alarm))
 
@@ -28,13 +28,13 @@ def test_like_scikit_learn():
     ("counts", "known"),
     [
         ((0, 0, 5), (False, True, True)),  # never in alarm: no precision, recall and F1 are 0
-        ((0, 5, 0), (True, False, False)),  # never attacked
+        ((0, 5, 0), (False, False, False)),  # no attacked sample was scored, as under jamming
         ((0, 0, 0), (False, False, False)),
     ],
 )
 def test_what_is_undefined_is_masked_and_not_nan(counts, known):
     tp, fp, fn = (np.array([count]) for count in counts)
-    figures = metrics.precision(tp, fp), metrics.recall(tp, fn), metrics.f1(tp, fp, fn)
+    figures = metrics.precision(tp, fp, fn), metrics.recall(tp, fn), metrics.f1(tp, fp, fn)
     assert tuple(bool(figure.known[0]) for figure in figures) == known
     assert all(figure.value[0] == 0.0 for figure in figures)
 
@@ -63,6 +63,14 @@ def test_wilson_interval_by_hand():
     assert high.value[1] == pytest.approx(3.8415 / 13.8415, abs=1e-4)
     assert (low.value[2], high.value[2]) == (pytest.approx(10 / 13.8415, abs=1e-4), 1.0)
     np.testing.assert_array_equal(high.known, [True, True, True, False])
+
+
+def test_upper_bound_of_a_rate_without_events():
+    # At the bound, no event in 2 hours has a probability of 2.5 %: ln 40 / 2 an hour.
+    bound = metrics.poisson_bound_of_none(np.array([2.0, 0.0]), 0.95)
+    assert bound.value[0] == pytest.approx(np.log(40.0) / 2.0)
+    assert np.exp(-2.0 * bound.value[0]) == pytest.approx(0.025)
+    np.testing.assert_array_equal(bound.known, [True, False])
 
 
 def test_bootstrap_repeats_and_depends_on_seed_and_label():

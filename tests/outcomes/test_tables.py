@@ -44,17 +44,18 @@ def test_detection(tables):
     assert row["roc_auc"] == pytest.approx((3 * (8.6 + 0.7) + 7 * 4.3) / 100)
     assert row["pr_auc"] == pytest.approx(0.3 * 3 / 4.4 + 0.7 * 10 / 20)
     assert row["threshold"] == 1.0
-    # Resampled fleets hold a twice, a and b, or b twice; with b alone there is neither precision nor delay.
+    # Resampled fleets hold a twice, a and b, or b twice; b alone has neither precision nor delay, so that these are
+    # of one vehicle.
     assert (row["recall_lo"], row["recall_hi"]) == (0.0, 0.75)
-    assert (row["precision_lo"], row["precision_hi"]) == (0.6, 0.6)
-    assert (row["delay_mean_s_lo"], row["delay_mean_s_hi"]) == pytest.approx((0.1, 0.1))
+    assert row[["precision_lo", "precision_hi", "delay_mean_s_lo", "delay_mean_s_hi"]].isna().all()
 
 
 def test_detection_without_an_attack(tables):
     row = one(tables["detection"], profile="dsd", attack="none", detector="cusum")
     assert row["n_events"] == 0
     assert row["false_positive_rate"] == pytest.approx(1 / 20)
-    assert row["false_alarms_per_vehicle_hour"] == pytest.approx(1800.0)
+    name = "false_alarms_per_vehicle_hour"
+    assert list(row[[name, f"{name}_lo", f"{name}_hi"]]) == pytest.approx([1800.0, 0.0, 3600.0])
     empty = ["precision", "recall", "f1", "delay_mean_s", "delay_p95_s", "detected_share", "roc_auc", "pr_auc"]
     assert row[empty].isna().all()
 
@@ -66,6 +67,58 @@ def test_detection_of_a_detector_that_is_never_in_alarm(tables):
     assert row[["delay_mean_s", "delay_mean_s_lo", "delay_median_s"]].isna().all()
     # Wilson's interval for 0 of 2: 3.8415 / 5.8415.
     assert row["detected_share_hi"] == pytest.approx(3.8415 / 5.8415, abs=1e-4)
+
+
+@pytest.mark.parametrize(("profile", "hours"), [("dsd", 2 / 3600), ("carla", 0.5 / 3600)])
+def test_no_false_alarm_does_not_mean_that_there_never_is_one(tables, profile, hours):
+    row = one(tables["detection"], profile=profile, attack="none", detector="never")
+    name = "false_alarms_per_vehicle_hour"
+    assert (row[name], row[f"{name}_lo"]) == (0.0, 0.0)
+    assert row[f"{name}_hi"] == pytest.approx(np.log(40.0) / hours)
+
+
+def single(folder, *, alarms, scored=True, plans=("none", "jamming")):
+    """One vehicle, attacked from its fifth step of ten; `alarms` of CUSUM without and with the attack."""
+    scene = Scene(plan_names=plans)
+    for step in range(10):
+        if step == 4:
+            scene.fork(0, 1, 1, step)
+        scene.alarm[:2, 0] = [said[step] == "A" for said in alarms]
+        scene.scored[1] = scored or step < 4
+        scene.observe(step, [0, 1] if step >= 4 else [0])
+    scene.close(0, "a")
+    scene.close(1, "a")
+    scene.outcomes.write(folder, "lane", 1, replicates=20, confidence=0.9)
+    return folder
+
+
+def test_one_vehicle_has_figures_but_no_bootstrap_interval(tmp_path):
+    single(tmp_path, alarms=("-A--------", "-A---AAAAA"))
+    detection, localization = read_table(tmp_path, "detection"), read_table(tmp_path, "localization")
+    row = one(detection, profile="dsd", attack="jamming", detector="cusum")
+    names = ["precision", "recall", "f1", "delay_mean_s", "false_alarms_per_vehicle_hour"]
+    assert row[names].notna().all()
+    assert row[[f"{name}{side}" for name in names for side in ("_lo", "_hi")]].isna().all()
+    assert row[["detected_share_lo", "detected_share_hi"]].notna().all()
+    row = one(localization, profile="dsd", attack="jamming", defence="cusum+ukf")
+    assert row["rmse_xy_m"] == 0.0
+    assert row[[name for name in row.index if name.endswith(("_lo", "_hi"))]].isna().all()
+
+
+def test_the_bound_of_no_false_alarm_is_at_the_confidence_of_the_run(tmp_path):
+    single(tmp_path, alarms=("----------", "-----A----"))
+    row = one(read_table(tmp_path, "detection"), profile="dsd", attack="jamming", detector="cusum")
+    assert row["false_alarms_per_vehicle_hour_lo"] == 0.0
+    assert row["false_alarms_per_vehicle_hour_hi"] == pytest.approx(np.log(20.0) * 3600.0)
+
+
+def test_where_no_attacked_sample_was_scored_precision_and_recall_are_undefined(tmp_path):
+    single(tmp_path, alarms=("-A--------", "-AAAAAAAAA"), scored=False)
+    row = one(read_table(tmp_path, "detection"), profile="dsd", attack="jamming", detector="cusum")
+    assert (row["n_events"], row["detected_share"], row["false_positive_rate"]) == (1, 1.0, 0.25)
+    undefined = ["roc_auc", "pr_auc"]
+    undefined += [f"{name}{part}" for name in ("precision", "recall", "f1") for part in ("", "_lo", "_hi")]
+    assert row[undefined].isna().all()
 
 
 def test_profiles_are_apart(tables):
@@ -99,10 +152,18 @@ def test_localization(tables):
 def test_safety(tables):
     columns = ["n_vehicles", "line_touched", "out_of_lane", "wrong_way", "off_road"]
     table = tables["safety"]
-    assert list(one(table, attack="constant_bias", defence="cusum+ukf")[columns]) == [2, 1, 0, 0, 0]
-    assert list(one(table, attack="constant_bias", defence="never+none")[columns]) == [2, 1, 1, 0, 1]
-    assert list(one(table, attack="none", defence="never+none")[columns]) == [3, 0, 0, 0, 0]
-    assert one(table, attack="constant_bias", defence="never+none")["off_road_share"] == 0.5
+    assert list(table.columns[:4]) == ["scenario", "profile", "attack", "defence"]
+    attacked = {"profile": "dsd", "attack": "constant_bias"}
+    assert list(one(table, **attacked, defence="cusum+ukf")[columns]) == [2, 1, 0, 0, 0]
+    assert list(one(table, **attacked, defence="never+none")[columns]) == [2, 1, 1, 0, 1]
+    assert one(table, **attacked, defence="never+none")["off_road_share"] == 0.5
+    # c is of another profile, and never attacked.
+    for profile, vehicles in (("dsd", 2), ("carla", 1)):
+        row = one(table, profile=profile, attack="none", defence="never+none")
+        assert list(row[columns]) == [vehicles, 0, 0, 0, 0]
+    nobody = one(table, profile="carla", attack="constant_bias", defence="never+none")
+    assert nobody["n_vehicles"] == 0
+    assert nobody[["off_road_share", "off_road_share_lo", "off_road_share_hi"]].isna().all()
 
 
 def test_events(tables):
@@ -165,7 +226,7 @@ def test_files_are_the_same_bytes_whatever_the_order_in_which_tracks_were_closed
 def test_a_run_without_vehicles_writes_headers_and_empty_cells(tmp_path):
     Scene().outcomes.write(tmp_path, "empty", 1, replicates=20)
     counts = {name: len(read_table(tmp_path, name)) for name in TABLES}
-    assert counts == {"detection": 8, "localization": 8, "safety": 4, "events": 0, "vehicles": 0}
+    assert counts == {"detection": 8, "localization": 8, "safety": 8, "events": 0, "vehicles": 0}
     detection = read_table(tmp_path, "detection")
     known = detection.drop(columns=["scenario", "profile", "attack", "detector", "n_events"])
     assert known.drop(columns=["vehicle_hours", "threshold"]).isna().all(axis=None)
@@ -241,7 +302,7 @@ def test_merge_says_which_file_is_wrong(tmp_path):
     finished_run(tmp_path / "a", "a")
     finished_run(tmp_path / "b", "b")
     (tmp_path / "b" / "safety.csv").write_text("scenario,attack\n")
-    with pytest.raises(GpsecError, match=r"b/safety\.csv: header expected 'scenario,attack,defence.*found"):
+    with pytest.raises(GpsecError, match=r"b/safety\.csv: header expected 'scenario,profile,attack,defence.*found"):
         merge([tmp_path / "a", tmp_path / "b"], tmp_path / "out")
     assert not (tmp_path / "out" / "safety.csv").exists()
     (tmp_path / "b" / "safety.csv").unlink()
