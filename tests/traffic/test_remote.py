@@ -80,7 +80,8 @@ def test_closing_early_ends_the_process_and_writes_nothing(scenario, lane_index,
     assert listing(tmp_path) == before
 
 
-def test_a_dead_simulation_is_said(scenario, lane_index):
+def test_a_dead_simulation_is_said(scenario, lane_index, monkeypatch, tmp_path):
+    monkeypatch.setenv("TMPDIR", str(tmp_path))  # who is killed cannot clean up
     with RemoteSession(resolve_options(scenario(FLOWS), seed=1), lane_index, everybody) as session:
         frames = session.frames(None)
         next(frames)
@@ -96,7 +97,10 @@ def die_in_the_middle(config: Path, lanes: dict[str, int], told) -> None:
     os.kill(os.getpid(), signal.SIGKILL)
 
 
-def test_the_simulation_ends_when_the_evaluator_is_killed(scenario, lane_index):
+def test_the_simulation_ends_when_the_evaluator_is_killed(scenario, lane_index, monkeypatch, tmp_path):
+    folder = tmp_path / "temporary"
+    folder.mkdir()
+    monkeypatch.setenv("TMPDIR", str(folder))
     context = get_context("spawn")
     ours, theirs = context.Pipe()
     process = context.Process(target=die_in_the_middle, args=(scenario(FLOWS), lane_index, theirs))
@@ -106,6 +110,7 @@ def test_the_simulation_ends_when_the_evaluator_is_killed(scenario, lane_index):
     # The orphan's pipe is closed; nobody is left to reap it but the system, so look for it.
     for _ in range(200):
         if not alive(simulation):
+            assert not list(folder.glob("gpsec-sumo-*"))
             return
         time.sleep(0.05)
     pytest.fail("the process of SUMO is still there")
