@@ -13,16 +13,8 @@ from filterpy.kalman import MerweScaledSigmaPoints
 from gpsec.arrays import Floats, Ints
 from gpsec.geo import dead_reckon, wrap_angle
 from gpsec.hdmap.arrays import MapArrays, MatchIndex
-from gpsec.hdmap.matching import (
-    MIN_COS,
-    TRACKED,
-    distance_to,
-    gather_tracked,
-    match,
-    match_tracked,
-    nearest_of,
-    offset_on,
-)
+from gpsec.hdmap.matching import offset_on
+from gpsec.hdmap.search import MIN_COS, TRACKED, distance_to, gather_tracked, match, match_tracked, nearest_of
 from gpsec.kernels import inline
 from gpsec.localization.ekf import process_noise
 from gpsec.localization.noise_table import NoiseTable

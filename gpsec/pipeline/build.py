@@ -10,7 +10,7 @@ from gpsec.attacks.zones import plans_from_zones, zone_keys
 from gpsec.detection.models import build_detectors, thresholds_for
 from gpsec.engine import Watchers
 from gpsec.hdmap.map import HDMap, load_map
-from gpsec.hdmap.matching import MODES
+from gpsec.hdmap.search import MODES
 from gpsec.localization.noise_table import noise_table
 from gpsec.localization.registry import RESPONSES
 from gpsec.localization.responses import World

@@ -15,7 +15,7 @@ from gpsec.reference.sight import Sight
 from gpsec.reference.switch import Helm, Rules
 from gpsec.threads import Threads
 
-# As `gpsec.hdmap.matching` numbers it.
+# As `gpsec.hdmap.search` numbers it.
 _TRACKED_MODE = 0
 
 

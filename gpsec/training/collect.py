@@ -9,7 +9,8 @@ from gpsec.detection.logs import ResidualLog
 from gpsec.engine import Answers, Stopwatch
 from gpsec.fleet import Measurements, Tracks, Vehicles
 from gpsec.hdmap.map import HDMap, load_map
-from gpsec.hdmap.matching import MODES, lateral_residual
+from gpsec.hdmap.matching import lateral_residual
+from gpsec.hdmap.search import MODES
 from gpsec.pipeline.convoy import Convoy
 from gpsec.sensors.profiles import SensorProfile, residual_sigma_m
 from gpsec.sensors.sense import Sensors

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from gpsec.fleet import Measurements, Tracks, Vehicles
 from gpsec.hdmap.map import HDMap, compile_map
-from gpsec.hdmap.matching import MIN_COS, MODES, NEAREST, TRACKED, lateral_residual, locate
+from gpsec.hdmap.matching import lateral_residual, locate
+from gpsec.hdmap.search import MIN_COS, MODES, NEAREST, TRACKED
 
 from .nets import BEND, THREE_LANES, TWO_WAY, arc, match, segment_line
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from gpsec.fleet import Measurements, Tracks, Vehicles
 from gpsec.hdmap.map import HDMap
-from gpsec.hdmap.matching import TRACKED
+from gpsec.hdmap.search import TRACKED
 from gpsec.localization.noise_table import FilterNoise, noise_table
 from gpsec.localization.registry import RESPONSES
 from gpsec.localization.responses import World

@@ -7,7 +7,7 @@ from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
 
 from gpsec.fleet import Measurements, Tracks, Vehicles
 from gpsec.hdmap.map import HDMap, compile_map
-from gpsec.hdmap.matching import NEAREST, TRACKED
+from gpsec.hdmap.search import NEAREST, TRACKED
 from gpsec.localization import ukf
 from gpsec.localization.camera_ukf import CameraUkf
 from gpsec.localization.noise_table import noise_table

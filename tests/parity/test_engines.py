@@ -2,7 +2,7 @@
 
 import pytest
 
-from gpsec.hdmap.matching import NEAREST, TRACKED
+from gpsec.hdmap.search import NEAREST, TRACKED
 
 from .drive import Drive, drive_through
 from .side_by_side import SideBySide

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from gpsec.arrays import Floats, Ints
-from gpsec.hdmap.matching import NEAREST, TRACKED, offsets
+from gpsec.hdmap.matching import offsets
+from gpsec.hdmap.search import NEAREST, TRACKED
 from gpsec.reference.matching import Road
 
 from .drive import Drive
