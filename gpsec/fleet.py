@@ -8,7 +8,7 @@ are equal to the last bit.
 """
 
 from dataclasses import dataclass, fields
-from heapq import heapify, heappop, heappush
+from heapq import heappop, heappush
 from typing import Self
 
 import numpy as np
@@ -68,11 +68,6 @@ class Slots:
     def give_back(self, row: int) -> None:
         """Make `row` free again; it must be in use."""
         heappush(self._free, row)
-
-    def clear(self) -> None:
-        """Make every row free."""
-        self._free = list(range(self.used))
-        heapify(self._free)
 
 
 @dataclass

@@ -63,7 +63,7 @@ def test_every_field_has_the_row_as_first_axis_and_grows_like_a_bigger_one(kind)
         assert (one.dtype, one.tobytes()) == (other.dtype, other.tobytes())
 
 
-@given(st.lists(st.one_of(st.none(), st.integers(0, 30), st.just("clear")), max_size=80))
+@given(st.lists(st.one_of(st.none(), st.integers(0, 30)), max_size=80))
 def test_slots_hand_out_the_lowest_free_row(orders):
     """None takes a row, a number gives back that of the rows in use."""
     slots, taken, highest = Slots(), set(), 0
@@ -72,9 +72,6 @@ def test_slots_hand_out_the_lowest_free_row(orders):
             row = slots.take()
             assert row == next(number for number in range(len(taken) + 1) if number not in taken)
             taken.add(row)
-        elif order == "clear":
-            slots.clear()
-            taken.clear()
         elif taken:
             row = sorted(taken)[order % len(taken)]
             slots.give_back(row)

@@ -1,7 +1,6 @@
 """`gpsec run`: from scenario arguments to published folders and tables on the terminal."""
 
 import json
-import os
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -14,6 +13,7 @@ from gpsec.errors import GpsecError
 from gpsec.run import Failure, Outcome, Run, ignore_interrupts, run_scenarios
 from gpsec.scenario import Scenario, load_scenario
 from gpsec.scenario.overrides import Override
+from gpsec.threads import cores
 
 FAULT, USER_ERROR, INTERRUPTED = 1, 2, 130
 
@@ -46,7 +46,7 @@ def launch(
     messages = Console(stderr=True, emoji=False)
     with workshop(next(iter(groups))) as work:
         with display(messages, [scenario.name for scenario in scenarios]) as show:
-            outcome = run_scenarios(scenarios, work, jobs or _cores(), show, run)
+            outcome = run_scenarios(scenarios, work, jobs or cores(), show, run)
         refused: list[str] = []
         with ignore_interrupts():
             for number, (folder, members) in enumerate(groups.items()):
@@ -74,10 +74,6 @@ def _check_names(scenarios: Sequence[Scenario], arguments: Sequence[str]) -> Non
                 "give one of them another `name`, or run them one after the other"
             )
         seen[scenario.name] = argument
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _finished(members: Sequence[Scenario], outcome: Outcome) -> list[str]:

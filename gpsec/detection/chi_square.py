@@ -18,6 +18,7 @@ from gpsec.detection.alarm import (
     steps_in,
 )
 from gpsec.detection.base import Detector, Observation, Verdict
+from gpsec.detection.ring import mean, push
 from gpsec.fleet import Rows
 from gpsec.kernels import kernel
 from gpsec.threads import Threads
@@ -108,7 +109,6 @@ def _update(
     scored: Flags,
     alarms: Flags,
 ) -> None:
-    window = square.shape[1]
     for i in part:
         row = rows[i]
         full = False
@@ -116,16 +116,10 @@ def _update(
             if gap_before(since_valid, row, gap_steps):
                 count[row] = 0
             z = residual_m[i] / scale_m[i]
-            square[row, count[row] % window] = z * z
-            # Counts go round between n and 2n, so that they never overflow.
-            count[row] = count[row] + 1 if count[row] + 1 < 2 * window else window
-            full = count[row] >= window
+            full = push(square, count, row, z * z)
         else:
             since_valid[row] += 1
         if full:
-            total = 0.0
-            for j in range(window):
-                total += square[row, j]
-            decide(i, row, total / window, threshold[i], alarm, since_scored, statistic, scored, alarms)
+            decide(i, row, mean(square, row), threshold[i], alarm, since_scored, statistic, scored, alarms)
         else:
             hold(i, row, hold_steps, alarm, since_scored, statistic, scored, alarms)

@@ -7,9 +7,10 @@ from sklearn.ensemble import IsolationForest as SklearnForest
 
 from gpsec.arrays import Floats, Floats32, Ints, Longs
 from gpsec.detection.alarm import GAP_S, steps_in
-from gpsec.detection.isolation_forest import FEATURES, WINDOW, describe, push
+from gpsec.detection.isolation_forest import FEATURES, WINDOW, describe
 from gpsec.detection.learned import Learned, Progress, silent
 from gpsec.detection.logs import Grid, ResidualLog, sessions
+from gpsec.detection.ring import push
 from gpsec.kernels import kernel
 
 TREES = 32

@@ -22,6 +22,7 @@ from gpsec.detection.alarm import (
 from gpsec.detection.base import Detector, Observation, Verdict
 from gpsec.detection.forest import Forest, join, score_one
 from gpsec.detection.learned import Learned
+from gpsec.detection.ring import push
 from gpsec.fleet import Rows
 from gpsec.kernels import inline, kernel
 from gpsec.threads import Threads
@@ -58,8 +59,8 @@ class IsolationForestState(AlarmState):
 class IsolationForest(Detector):
     """How few random cuts isolate a window of residuals from benign ones (Liu, Ting and Zhou, ICDM 2008).
 
-    The features of the last w normalised residuals u: |u_t|, |mean|, standard deviation, |u_t - u_{t-1}|, and
-    |u_t - mean of the others|. Both signs of a residual are alike, so each feature is large where it is anomalous.
+    The features are the last w normalised residuals, oldest first, and their mean, all with the sign that makes the
+    mean positive: both signs of a residual are alike. Spread and jumps are none, since a constant bias has none.
 
     Attributes:
         learned: the arrays of each profile's forest.
@@ -112,15 +113,6 @@ class IsolationForest(Detector):
             verdict.alarm,
         )
         return verdict
-
-
-@inline
-def push(window: Floats, count: Ints, row: int, value: float) -> bool:
-    """Add a value to the ring of `row`; return whether it is full."""
-    window[row, count[row] % WINDOW] = value
-    # Counts go round between w and 2w, so that they never overflow.
-    count[row] = count[row] + 1 if count[row] + 1 < 2 * WINDOW else WINDOW
-    return bool(count[row] >= WINDOW)
 
 
 @inline

@@ -22,6 +22,7 @@ from gpsec.detection.alarm import (
 from gpsec.detection.base import Detector, Observation, Verdict
 from gpsec.detection.learned import Learned, part
 from gpsec.detection.lstm_cell import step_cell
+from gpsec.detection.ring import mean, push
 from gpsec.errors import GpsecError
 from gpsec.fleet import Rows
 from gpsec.kernels import inline, kernel
@@ -211,7 +212,6 @@ def _update(
 ) -> None:
     inputs = np.empty(len(INPUTS), np.float32)
     gates = np.empty(network.bias.shape[1], np.float32)
-    window = square.shape[1]
     for i in part:
         row = rows[i]
         if not valid[i]:
@@ -233,14 +233,8 @@ def _update(
             prediction += network.head[p, j] * hidden[row, j]
         z = residual_m[i] / scale_m[i]
         error = z - prediction
-        square[row, count[row] % window] = error * error
-        # Counts go round between n and 2n, so that they never overflow.
-        count[row] = count[row] + 1 if count[row] + 1 < 2 * window else window
-        if count[row] >= window:
-            total = 0.0
-            for j in range(window):
-                total += square[row, j]
-            decide(i, row, total / window, threshold[i], alarm, since_scored, statistic, scored, alarms)
+        if push(square, count, row, error * error):
+            decide(i, row, mean(square, row), threshold[i], alarm, since_scored, statistic, scored, alarms)
         else:
             hold(i, row, hold_steps, alarm, since_scored, statistic, scored, alarms)
         believed = min(max(z, -CLIP), CLIP)

@@ -47,7 +47,7 @@ class Convoy:
     Attributes:
         vehicles, seen, tracks: the fleet's arrays.
         roll: who each vehicle row in use stands for.
-        vehicle_rows, track_rows: rows in use, ascending.
+        track_rows: rows in use, ascending.
         attacks: attacks begun so far, for each plan.
 
     """
@@ -73,7 +73,6 @@ class Convoy:
         self.seen = Measurements.empty(1)
         self.tracks = Tracks.empty(1)
         self.roll: dict[int, Roll] = {}
-        self.vehicle_rows: Ints = np.zeros(0, np.int32)
         self.track_rows: Ints = np.zeros(0, np.int32)
         self.attacks = [0] * len(plans)
         self._seed = seed
@@ -100,7 +99,6 @@ class Convoy:
         self._leave(frame)
         self._depart(frame)
         rows, vehicles = frame.rows, self.vehicles
-        self.vehicle_rows = rows
         vehicles.lane[rows] = frame.lane
         advance(
             rows,
@@ -131,9 +129,6 @@ class Convoy:
             vehicles.marked,
         )
         self._watch.lap("truth")
-        if frame.departures:
-            new = np.array([departure.row for departure in frame.departures], np.int32)
-            self._sensors.enter(self._sensor_state, vehicles, new, frame.step)
         self._sensors.sense(self._sensor_state, vehicles, self.seen, rows, frame.step, self._threads)
         self._history.record(rows, frame.step, self.seen.fix_m, self.seen.fix_valid)
         self._watch.lap("sensors")
@@ -141,6 +136,8 @@ class Convoy:
         self._spoof(frame.step)
         self._watch.lap("attacks")
         self._method.step(self.track_rows, self.tracks, vehicles, self.seen, self._threads, self._watch)
+        self._note_deviation()
+        self._watch.lap("attacks")
 
     def finish(self) -> None:
         """Close the tracks of all vehicles that are still on the road."""
@@ -178,7 +175,8 @@ class Convoy:
             vehicles.yaw_rad[row] = departure.yaw_rad
             vehicles.born_step[row] = frame.step
             self._tracks_of[row] = []
-        tracks = self._new_tracks(new, 0)
+        self._sensors.enter(self._sensor_state, vehicles, new, frame.step)
+        tracks = self._new_tracks(new)
         for rows in self._track_states():
             rows.reset(tracks)
         self._method.reset(tracks)
@@ -203,7 +201,7 @@ class Convoy:
             self.attacks[number - 1] += len(starting)
             if len(starting):
                 source = np.array([self._track(row, 0) for row in starting.tolist()], np.int32)
-                forked = self._new_tracks(starting, number)
+                forked = self._new_tracks(starting)
                 for state in self._track_states():
                     state.copy(source, forked)
                 self._method.copy(source, forked)
@@ -245,7 +243,7 @@ class Convoy:
             tracks.fix_m[chosen] = spoofed.fix_m
             tracks.fix_valid[chosen] = spoofed.valid
 
-    def note_deviation(self) -> None:
+    def _note_deviation(self) -> None:
         """Keep the cross-track error of the undefended estimate for the attacker, who is taken to know it."""
         tracks, vehicles = self.tracks, self.vehicles
         rows = self.track_rows[tracks.attacked[self.track_rows]]
@@ -257,7 +255,7 @@ class Convoy:
     def _track(self, vehicle_row: int, plan: int) -> int:
         return next(track for track in self._tracks_of[vehicle_row] if self.tracks.plan[track] == plan)
 
-    def _new_tracks(self, vehicle_rows: Ints, plan: int) -> Ints:
+    def _new_tracks(self, vehicle_rows: Ints) -> Ints:
         taken = [self._slots.take() for _ in range(len(vehicle_rows))]
         if self._slots.used > self.tracks.capacity:
             capacity = 2 * self._slots.used

@@ -75,7 +75,6 @@ class _Run:
         self.ground = ground
         self.session = session
         self.threads = threads
-        self.stack = stack
         self.watch = Stopwatch()
         self.counts = Counts()
         self.notes: list[str] = []
@@ -188,7 +187,6 @@ class _Run:
 
     def _observe(self, step: int, time_s: float) -> None:
         convoy, answers = self.convoy, self.method.answers
-        convoy.note_deviation()
         view = StepView(
             step=step,
             step_s=self.session.step_s,

@@ -1,12 +1,12 @@
 """`gpsec train`: benign traffic, residuals of every profile and matching, training, calibration."""
 
-import os
+import signal
 import tempfile
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
-from multiprocessing import get_context
+from multiprocessing import active_children, get_context
 from pathlib import Path
 from queue import Empty
 from time import perf_counter
@@ -19,6 +19,7 @@ from gpsec.detection.models import MATCHINGS, ProfileModel, save
 from gpsec.detection.training import SETTLE_S, train_one
 from gpsec.errors import GpsecError
 from gpsec.sensors.registry import PROFILES
+from gpsec.threads import cores
 from gpsec.traffic.options import resolve_options
 from gpsec.traffic.recording import Recording
 from gpsec.training.collect import record_traffic, residual_log
@@ -73,9 +74,9 @@ def main(seed: int = 1, out: Path | None = None, jobs: int | None = None) -> Non
         if not path.is_file():
             raise GpsecError(f"{path}: expected a training scenario here; run gpsec train in a checkout of gpsec")
     nets = {network: resolve_options(path, seed=seed).net_file for network, path in configs.items()}
-    processes = jobs or len(os.sched_getaffinity(0))
+    processes = jobs or cores()
     seeds = (2 * seed, 2 * seed + 1)
-    with tempfile.TemporaryDirectory(prefix="gpsec-train-") as name, _display(console) as display:
+    with tempfile.TemporaryDirectory(prefix="gpsec-train-") as name, _display(console, name) as display:
         folder = Path(name)
         display.run(
             "traffic",
@@ -116,10 +117,12 @@ def _tell(name: str, stage: str, done: int, total: int) -> None:
         _told.put((name, stage, done, total))
 
 
-def _listen(queue: Any) -> None:
-    """Be a worker whose progress goes to `queue`."""
+def _listen(queue: Any, folder: str) -> None:
+    """Be a worker whose progress goes to `queue`, and whose files go away with `folder`."""
+    tempfile.tempdir = folder
     global _told
     _told = queue
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent
     import torch
 
     torch.set_num_threads(1)
@@ -128,8 +131,9 @@ def _listen(queue: Any) -> None:
 class _Display:
     """Runs batches of work in processes and shows how far they are."""
 
-    def __init__(self, bars: Progress) -> None:
+    def __init__(self, bars: Progress, folder: str) -> None:
         self._bars = bars
+        self._folder = folder
 
     def run(self, title: str, processes: int, work: list[tuple[str, Callable[..., Any], tuple[Any, ...]]]) -> list[Any]:
         """Return the results of the calls in `work`, in order; each runs in a fresh process (libsumo needs it)."""
@@ -138,17 +142,23 @@ class _Display:
         whole = self._bars.add_task(title, total=len(work), stage="")
         tasks: dict[str, TaskID] = {}
         with ProcessPoolExecutor(
-            processes, mp_context=context, initializer=_listen, initargs=(queue,), max_tasks_per_child=1
+            processes, mp_context=context, initializer=_listen, initargs=(queue, self._folder), max_tasks_per_child=1
         ) as pool:
             futures: list[Future[Any]] = [pool.submit(call, *arguments) for _, call, arguments in work]
-            while not all(future.done() for future in futures):
-                self._drain(queue, tasks, 0.2)
-                self._bars.update(whole, completed=sum(future.done() for future in futures))
-                failed = next((f for f in futures if f.done() and f.exception() is not None), None)
-                if failed is not None:
-                    pool.shutdown(cancel_futures=True)
-                    failed.result()
-            self._drain(queue, tasks, 0.0)
+            try:
+                while not all(future.done() for future in futures):
+                    self._drain(queue, tasks, 0.2)
+                    finished = [future for future in futures if future.done()]
+                    self._bars.update(whole, completed=len(finished))
+                    for future in finished:
+                        future.result()
+                self._drain(queue, tasks, 0.0)
+            except BaseException:
+                # An interrupt, or a job that failed: the pool would first work through all that is left.
+                pool.shutdown(wait=False, cancel_futures=True)
+                for child in active_children():
+                    child.kill()
+                raise
         self._bars.update(whole, completed=len(work))
         for task in tasks.values():
             self._bars.remove_task(task)
@@ -166,7 +176,7 @@ class _Display:
 
 
 @contextmanager
-def _display(console: Console) -> Iterator[_Display]:
+def _display(console: Console, folder: str) -> Iterator[_Display]:
     bars = Progress(
         TextColumn("{task.description}"),
         BarColumn(bar_width=24),
@@ -175,4 +185,4 @@ def _display(console: Console) -> Iterator[_Display]:
         console=console,
     )
     with bars:
-        yield _Display(bars)
+        yield _Display(bars, folder)

@@ -167,4 +167,3 @@ def drive_through(drive: Drive, vehicles: int, method: Method) -> None:
     )
     for frame in drive.few(vehicles):
         convoy.step(frame)
-        convoy.note_deviation()
