@@ -1,3 +1,4 @@
+import signal
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
@@ -5,6 +6,10 @@ from pathlib import Path
 import pytest
 import sumo
 from hypothesis import settings
+
+# A shell lets what it starts in the background ignore Ctrl-C, and so would the programs under test.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # The same examples on every machine and in every run.
 settings.register_profile("reproducible", derandomize=True, deadline=None, database=None)
