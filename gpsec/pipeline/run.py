@@ -1,9 +1,10 @@
 """The one loop: traffic, truth, sensors, attacks, residual, detectors, filters, outcomes."""
 
-from collections.abc import Callable
-from contextlib import ExitStack
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, ExitStack
 from pathlib import Path
 from time import perf_counter
+from typing import Protocol
 
 import torch
 from threadpoolctl import threadpool_limits
@@ -24,7 +25,10 @@ from gpsec.pipeline.manifest import Counts, write_manifest
 from gpsec.progress import Progress
 from gpsec.scenario import Scenario
 from gpsec.threads import Threads
+from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.remote import RemoteSession
+from gpsec.traffic.source import Equip, TrafficSource
+from gpsec.traffic.zones import ZoneSource
 
 # Step length of the benign runs that thresholds were calibrated on.
 CALIBRATED_STEP_S = 0.1
@@ -32,10 +36,26 @@ CALIBRATED_STEP_S = 0.1
 Report = Callable[[Progress], None]
 
 
-def run_scenario(scenario: Scenario, folder: Path, report: Report) -> None:
+class Traffic(TrafficSource, ZoneSource, AbstractContextManager["Traffic"], Protocol):
+    """What a run asks of its traffic.
+
+    Attributes:
+        warnings: of the simulation, once closed.
+
+    """
+
+    warnings: list[str]
+
+
+# Starts the traffic: what SUMO is run with, index of each lane id, who is equipped.
+StartTraffic = Callable[[SumoOptions, Mapping[str, int], Equip], Traffic]
+
+
+def run_scenario(scenario: Scenario, folder: Path, report: Report, start: StartTraffic | None = None) -> None:
     """Run a scenario and write its tables and its manifest into `folder`, which exists.
 
-    libsumo allows one simulation per process, and so this can run once at a time in a process.
+    libsumo allows one simulation per process, and so this can run once at a time in a process. `start` puts other
+    traffic, such as a recording, in the place of SUMO.
 
     Raises:
         GpsecError: the scenario cannot be run, or nobody of the fleet departs.
@@ -51,7 +71,8 @@ def run_scenario(scenario: Scenario, folder: Path, report: Report) -> None:
         stack.enter_context(threadpool_limits(1))
         threads = Threads(scenario.threads)
         stack.callback(threads.close)
-        session = stack.enter_context(RemoteSession(ground.options, ground.hd_map.lane_index, ground.choice.equipped))
+        traffic = (start or RemoteSession)(ground.options, ground.hd_map.lane_index, ground.choice.equipped)
+        session = stack.enter_context(traffic)
         _Run(scenario, folder, report, ground, watchers, session, threads, stack).go(began)
 
 
@@ -65,7 +86,7 @@ class _Run:
         report: Report,
         ground: Ground,
         watchers: Watchers,
-        session: RemoteSession,
+        session: Traffic,
         threads: Threads,
         stack: ExitStack,
     ) -> None:
