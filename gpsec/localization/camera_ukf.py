@@ -7,6 +7,7 @@ import numpy as np
 from gpsec.arrays import Flags, Floats, Ints
 from gpsec.fleet import Measurements, Tracks, Vehicles
 from gpsec.hdmap.arrays import MapArrays, MatchIndex
+from gpsec.hdmap.vicinity import Vicinity
 from gpsec.kernels import kernel
 from gpsec.localization import ukf
 from gpsec.localization.responses import Cells, Response, World
@@ -35,6 +36,7 @@ class CameraUkf(Response):
             self._weights,
             world.lanes,
             world.index,
+            world.lookout.vicinity,
             world.mode,
             world.layer,
             tracks.vehicle,
@@ -57,6 +59,7 @@ def _correct(
     weights: ukf.SigmaWeights,
     lanes: MapArrays,
     index: MatchIndex,
+    near: Vicinity,
     mode: int,
     layer: Ints,
     vehicle: Ints,
@@ -66,7 +69,7 @@ def _correct(
     camera_valid: Flags,
     camera_sigma_m: Floats,
 ) -> None:
-    near = np.empty(ukf.NEAR, np.int32)
+    found = np.empty(ukf.FOUND, np.int32)
     for i in range(len(row)):
         r = row[i]
         d = defence[i]
@@ -79,12 +82,14 @@ def _correct(
             weights,
             lanes,
             index,
+            near,
+            v,
             mode,
             layer[profile[v]],
             lane[v],
             segment[r, d],
             -lane_poly[v, 0],
             camera_sigma_m[v],
-            near,
+            found,
         )
         repairs[r, d] += repaired
