@@ -204,7 +204,7 @@ class _Teller:
 
 
 def _pipeline(scenario: Scenario, folder: Path, report: Report) -> None:
-    from gpsec.pipeline import run_scenario
+    from gpsec.pipeline.run import run_scenario
 
     run_scenario(scenario, folder, report)
 

@@ -1,14 +1,13 @@
 """The UKF under attack (Eqs 11-16): GNSS isolated, state (east, north), the camera's lane offset observed.
 
 Speed and yaw rate move the mean; 2N + 1 = 5 sigma points predict the lane offset by map matching each of them. Process
-noise is additive. The weights are Merwe's, from filterpy.
+noise is additive. The weights are Merwe's, as in filterpy.
 """
 
 from math import cos, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
-from filterpy.kalman import MerweScaledSigmaPoints
 
 from gpsec.arrays import Floats, Ints
 from gpsec.geo import dead_reckon, wrap_angle
@@ -36,9 +35,16 @@ class SigmaWeights(NamedTuple):
 
 
 def sigma_weights() -> SigmaWeights:
-    """Return the weights of the five sigma points."""
-    points = MerweScaledSigmaPoints(n=2, alpha=ALPHA, beta=BETA, kappa=KAPPA)
-    return SigmaWeights(np.asarray(points.Wm), np.asarray(points.Wc), ALPHA**2 * (2.0 + KAPPA))
+    """Return the weights of the five sigma points.
+
+    By hand: importing filterpy takes longer than everything else that a run imports.
+    """
+    spread = ALPHA**2 * (2.0 + KAPPA)
+    mean = np.full(5, 0.5 / spread)
+    mean[0] = (spread - 2.0) / spread
+    covariance = mean.copy()
+    covariance[0] += 1.0 - ALPHA**2 + BETA
+    return SigmaWeights(mean, covariance, spread)
 
 
 @inline

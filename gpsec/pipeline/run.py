@@ -6,7 +6,6 @@ from pathlib import Path
 from time import perf_counter
 from typing import Protocol
 
-import torch
 from threadpoolctl import threadpool_limits
 
 from gpsec.arrays import Ints
@@ -67,7 +66,6 @@ def run_scenario(scenario: Scenario, folder: Path, report: Report, start: StartT
     ground = lay_ground(scenario)
     watchers = make_watchers(scenario, ground)
     with ExitStack() as stack:
-        torch.set_num_threads(1)
         stack.enter_context(threadpool_limits(1))
         threads = Threads(scenario.threads)
         stack.callback(threads.close)

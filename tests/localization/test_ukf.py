@@ -59,6 +59,14 @@ def oracle(hd_map: HDMap, layer: int, x: np.ndarray, P: np.ndarray) -> Unscented
     return filter_
 
 
+def test_weights_are_those_of_filterpy():
+    points = MerweScaledSigmaPoints(n=2, alpha=ukf.ALPHA, beta=ukf.BETA, kappa=ukf.KAPPA)
+    weights = ukf.sigma_weights()
+    np.testing.assert_array_equal(weights.mean, points.Wm, strict=True)
+    np.testing.assert_array_equal(weights.covariance, points.Wc, strict=True)
+    assert weights.spread == 3.0
+
+
 def noise_of_a_step(speed: float, middle: float, yaw_variance: float) -> np.ndarray:
     """Additive process noise, along and across the body."""
     f, lasting = FIGURES, STEP_S * 1.0
