@@ -9,8 +9,7 @@ from math import cos, sqrt
 
 from gpsec.arrays import Flags, Floats, Ints
 from gpsec.hdmap.arrays import LaneSides, MapArrays, MatchIndex
-from gpsec.hdmap.search import MIN_COS, TRACKED, match, match_nearest, project
-from gpsec.hdmap.vicinity import Vicinity, match_near
+from gpsec.hdmap.search import MIN_COS, TRACKED, match, match_tracked, project
 from gpsec.kernels import inline, kernel
 
 
@@ -39,7 +38,6 @@ def locate(
     rows: Ints,
     lanes: MapArrays,
     index: MatchIndex,
-    near: Vicinity,
     sides: LaneSides,
     lane: Ints,
     rear_m: Floats,
@@ -50,14 +48,11 @@ def locate(
     lane_width_m: Floats,
     marked: Flags,
 ) -> None:
-    """Place the rear axles of the vehicle rows `rows` on the true lanes.
-
-    `near` lists the true segments about them; what follows `sides` are fields of `Vehicles`.
-    """
+    """Place the rear axles of the vehicle rows `rows` on the true lanes; the arguments are fields of `Vehicles`."""
     for row in rows:
         x = rear_m[row, 0]
         y = rear_m[row, 1]
-        here = match_near(lanes, index, near, row, 0, lane[row], x, y, segment[row])
+        here = match_tracked(lanes, index, 0, lane[row], x, y, segment[row])
         share, d2 = project(lanes, here, x, y, True)
         held = min(max(share, 0.0), 1.0)
         cross = lanes.dx[here] * (y - lanes.y0_m[here]) - lanes.dy[here] * (x - lanes.x0_m[here])
@@ -74,7 +69,6 @@ def lateral_residual(
     rows: Ints,
     lanes: MapArrays,
     index: MatchIndex,
-    near: Vicinity,
     mode: int,
     layer_of_profile: Ints,
     vehicle: Ints,
@@ -91,7 +85,6 @@ def lateral_residual(
 ) -> None:
     """Set z = d_camera - d_map of the track rows `rows`; the arguments are fields of the fleet's arrays.
 
-    `near` lists the segments of the vehicles' own maps about them; `nearest` matching does not read it.
     d_camera = -C0 (Eq 1) and d_map = d1 of the fix on the vehicle's own map (Eqs 2-6).
     """
     for row in rows:
@@ -102,11 +95,7 @@ def lateral_residual(
             continue
         x = fix_m[row, 0]
         y = fix_m[row, 1]
-        layer = layer_of_profile[profile[v]]
-        if mode == TRACKED:
-            here = match_near(lanes, index, near, v, layer, lane[v], x, y, segment[row])
-        else:
-            here = match_nearest(lanes, index, layer, x, y, heading_rad[v])
+        here = match(lanes, index, mode, layer_of_profile[profile[v]], lane[v], x, y, heading_rad[v], segment[row])
         segment[row] = here
         if here < 0:
             continue

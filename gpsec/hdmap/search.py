@@ -65,7 +65,7 @@ def _best_in_chunk(
 
 
 @inline
-def better(lanes: MapArrays, segment: int, x_m: float, y_m: float, best: int, best_d2: float) -> tuple[int, float]:
+def _better(lanes: MapArrays, segment: int, x_m: float, y_m: float, best: int, best_d2: float) -> tuple[int, float]:
     """Return the nearer one of `segment` and the best so far; of equals, the first."""
     _, d2 = project(lanes, segment, x_m, y_m, True)
     if d2 < best_d2 or (d2 == best_d2 and segment < best):
@@ -103,9 +103,9 @@ def match_tracked(lanes: MapArrays, index: MatchIndex, layer: int, lane: int, x_
         last = first + lanes.segments[layer, candidate] - 1
         # An end that continues straight on may be near although its circles are not.
         if lanes.open_start[first]:
-            best, best_d2 = better(lanes, first, x_m, y_m, best, best_d2)
+            best, best_d2 = _better(lanes, first, x_m, y_m, best, best_d2)
         if lanes.open_end[last]:
-            best, best_d2 = better(lanes, last, x_m, y_m, best, best_d2)
+            best, best_d2 = _better(lanes, last, x_m, y_m, best, best_d2)
         if _out_of_reach(
             x_m,
             y_m,
@@ -139,7 +139,7 @@ def match_tracked(lanes: MapArrays, index: MatchIndex, layer: int, lane: int, x_
                     continue
                 first_segment = index.chunk_segment[chunk]
                 for segment in range(first_segment, first_segment + index.chunk_segments[chunk]):
-                    best, best_d2 = better(lanes, segment, x_m, y_m, best, best_d2)
+                    best, best_d2 = _better(lanes, segment, x_m, y_m, best, best_d2)
     return best
 
 
@@ -219,7 +219,7 @@ def nearest_of(lanes: MapArrays, near: Ints, count: int, x_m: float, y_m: float)
     best = -1
     best_d2 = inf
     for k in range(count):
-        best, best_d2 = better(lanes, near[k], x_m, y_m, best, best_d2)
+        best, best_d2 = _better(lanes, near[k], x_m, y_m, best, best_d2)
     return best
 
 

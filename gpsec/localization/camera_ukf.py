@@ -7,7 +7,6 @@ import numpy as np
 from gpsec.arrays import Flags, Floats, Ints
 from gpsec.fleet import Measurements, Tracks, Vehicles
 from gpsec.hdmap.arrays import MapArrays, MatchIndex
-from gpsec.hdmap.vicinity import Vicinity
 from gpsec.kernels import kernel
 from gpsec.localization import ukf
 from gpsec.localization.responses import Cells, Response, World
@@ -36,7 +35,6 @@ class CameraUkf(Response):
             self._weights,
             world.lanes,
             world.index,
-            world.lookout.vicinity,
             world.mode,
             world.layer,
             tracks.vehicle,
@@ -59,7 +57,6 @@ def _correct(
     weights: ukf.SigmaWeights,
     lanes: MapArrays,
     index: MatchIndex,
-    near: Vicinity,
     mode: int,
     layer: Ints,
     vehicle: Ints,
@@ -69,7 +66,7 @@ def _correct(
     camera_valid: Flags,
     camera_sigma_m: Floats,
 ) -> None:
-    found = np.empty(ukf.FOUND, np.int32)
+    near = np.empty(ukf.NEAR, np.int32)
     for i in range(len(row)):
         r = row[i]
         d = defence[i]
@@ -82,14 +79,12 @@ def _correct(
             weights,
             lanes,
             index,
-            near,
-            v,
             mode,
             layer[profile[v]],
             lane[v],
             segment[r, d],
             -lane_poly[v, 0],
             camera_sigma_m[v],
-            found,
+            near,
         )
         repairs[r, d] += repaired

@@ -2,13 +2,11 @@
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from functools import cached_property
 from typing import ClassVar
 
 from gpsec.arrays import Flags, Ints
 from gpsec.fleet import Measurements, Tracks, Vehicles
 from gpsec.hdmap.arrays import MapArrays, MatchIndex
-from gpsec.hdmap.vicinity import Lookout
 from gpsec.localization.noise_table import NoiseTable
 from gpsec.localization.state import FilterState
 
@@ -30,11 +28,6 @@ class World:
     layer: Ints
     table: NoiseTable
     step_s: float
-
-    @cached_property
-    def lookout(self) -> Lookout:
-        """Lists of the segments about the vehicles, on their own maps; they make matching fast."""
-        return Lookout(self.lanes, self.index)
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,7 @@ from gpsec.arrays import Floats, Ints
 from gpsec.geo import dead_reckon, wrap_angle
 from gpsec.hdmap.arrays import MapArrays, MatchIndex
 from gpsec.hdmap.matching import offset_on
-from gpsec.hdmap.search import MIN_COS, TRACKED, distance_to, match, nearest_of
-from gpsec.hdmap.vicinity import Vicinity, gather_near, match_near
+from gpsec.hdmap.search import MIN_COS, TRACKED, distance_to, gather_tracked, match, match_tracked, nearest_of
 from gpsec.kernels import inline
 from gpsec.localization.ekf import process_noise
 from gpsec.localization.noise_table import NoiseTable
@@ -23,7 +22,7 @@ from gpsec.localization.noise_table import NoiseTable
 # in two dimensions (Julier and Uhlmann, 2004: n + kappa = 3).
 ALPHA, BETA, KAPPA = 1.0, 2.0, 1.0
 # Segments that one search may find for all sigma points; where there are more, each point is searched for.
-FOUND = 64
+NEAR = 64
 
 
 class SigmaWeights(NamedTuple):
@@ -83,17 +82,15 @@ def update(
     weights: SigmaWeights,
     lanes: MapArrays,
     index: MatchIndex,
-    near: Vicinity,
-    vehicle: int,
     mode: int,
     layer: int,
     lane: int,
     hint: int,
     offset_m: float,
     sigma_m: float,
-    found: Ints,
+    near: Ints,
 ) -> tuple[int, int]:
-    """Correct with the camera's lane offset (Eqs 13-16); `found` is room to work in.
+    """Correct with the camera's lane offset (Eqs 13-16); `near` is room to work in.
 
     Returns the segment of the mean (-1 where a sigma point had no match; nothing is corrected then) and repairs made.
     """
@@ -119,17 +116,17 @@ def update(
         # spread, so one search around the mean serves all five.
         first = lanes.first[layer, lane]
         if not first <= hint < first + lanes.segments[layer, lane]:
-            segment = match_near(lanes, index, near, vehicle, layer, lane, mean[0], mean[1], hint)
+            segment = match_tracked(lanes, index, layer, lane, mean[0], mean[1], hint)
         reach = max(sqrt(a * a + b * b), c)
         within = distance_to(lanes, segment, mean[0], mean[1]) + 2.0 * reach + 1e-6
-        count = gather_near(lanes, index, near, vehicle, layer, lane, mean[0], mean[1], within, found)
+        count = gather_tracked(lanes, index, layer, lane, mean[0], mean[1], within, near)
     z0 = z1 = z2 = z3 = z4 = 0.0
     centre = -1
     for k in range(5):
         x = mean[0] + ex[k]
         y = mean[1] + ey[k]
         if count > 0:
-            segment = nearest_of(lanes, found, count, x, y)
+            segment = nearest_of(lanes, near, count, x, y)
         else:
             segment = match(lanes, index, mode, layer, lane, x, y, heading, segment)
         if segment < 0:

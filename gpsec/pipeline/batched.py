@@ -54,16 +54,11 @@ class BatchedMethod:
     ) -> None:
         """Match the fixes, ask the detectors, run the filters."""
         world = self._world
-        honest = tracks.vehicle[rows[tracks.plan[rows] == 0]]
-        world.lookout.look(
-            honest, world.layer, vehicles.profile, vehicles.lane, vehicles.rear_m, vehicles.yaw_rad, threads
-        )
         threads.run(
             lateral_residual,
             rows,
             world.lanes,
             world.index,
-            world.lookout.vicinity,
             world.mode,
             world.layer,
             tracks.vehicle,

@@ -14,7 +14,6 @@ from gpsec.engine import Method, Stopwatch
 from gpsec.fleet import Measurements, Rows, Slots, Tracks, Vehicles
 from gpsec.hdmap.map import HDMap
 from gpsec.hdmap.matching import locate
-from gpsec.hdmap.vicinity import Lookout
 from gpsec.sensors.sense import Sensors
 from gpsec.threads import Threads
 from gpsec.traffic.body import advance, axle_distance
@@ -80,8 +79,6 @@ class Convoy:
         self._clock = Clock(step_s, origin_s)
         self._settle_steps = int(np.ceil(settle_s / step_s - 1e-6))
         self._map = hd_map
-        self._lookout = Lookout(hd_map.lanes, hd_map.index)
-        self._true_layer = np.zeros(len(sensors.profiles), np.int32)
         self._sensors = sensors
         self._sensor_state = sensors.new_state(1)
         self._profile_of = profile_of
@@ -116,15 +113,11 @@ class Convoy:
             vehicles.speed_mps,
             vehicles.yaw_rate_rps,
         )
-        self._lookout.look(
-            rows, self._true_layer, vehicles.profile, vehicles.lane, vehicles.rear_m, vehicles.yaw_rad, self._threads
-        )
         self._threads.run(
             locate,
             rows,
             self._map.lanes,
             self._map.index,
-            self._lookout.vicinity,
             self._map.sides,
             vehicles.lane,
             vehicles.rear_m,

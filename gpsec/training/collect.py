@@ -11,7 +11,6 @@ from gpsec.fleet import Measurements, Tracks, Vehicles
 from gpsec.hdmap.map import HDMap, load_map
 from gpsec.hdmap.matching import lateral_residual
 from gpsec.hdmap.search import MODES
-from gpsec.hdmap.vicinity import Lookout
 from gpsec.pipeline.convoy import Convoy
 from gpsec.sensors.profiles import SensorProfile, residual_sigma_m
 from gpsec.sensors.sense import Sensors
@@ -35,7 +34,6 @@ class _ResidualOnly:
     def __init__(self, hd_map: HDMap, profile: SensorProfile, matching: str) -> None:
         self.answers = Answers.empty(1, 0, 1)
         self._map = hd_map
-        self._lookout = Lookout(hd_map.lanes, hd_map.index)
         self._mode = MODES[matching]
         self._layer = np.array([hd_map.layer(profile.map_spacing_m)], np.int32)
         self.step_number = 0
@@ -60,21 +58,11 @@ class _ResidualOnly:
         self, rows: Ints, tracks: Tracks, vehicles: Vehicles, seen: Measurements, threads: Threads, watch: Stopwatch
     ) -> None:
         """Match the fixes and keep what a detector would be given."""
-        self._lookout.look(
-            tracks.vehicle[rows],
-            self._layer,
-            vehicles.profile,
-            vehicles.lane,
-            vehicles.rear_m,
-            vehicles.yaw_rad,
-            threads,
-        )
         threads.run(
             lateral_residual,
             rows,
             self._map.lanes,
             self._map.index,
-            self._lookout.vicinity,
             self._mode,
             self._layer,
             tracks.vehicle,

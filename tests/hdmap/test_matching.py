@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from gpsec.fleet import Measurements, Tracks, Vehicles
 from gpsec.hdmap.map import HDMap, compile_map
 from gpsec.hdmap.matching import lateral_residual, locate
-from gpsec.hdmap.vicinity import no_vicinity
 from gpsec.hdmap.search import MIN_COS, MODES, NEAREST, TRACKED
 
 from .nets import BEND, THREE_LANES, TWO_WAY, arc, match, segment_line
@@ -170,7 +169,6 @@ def run(hd_map, mode, layer, vehicles, seen, tracks, rows) -> None:
         rows,
         hd_map.lanes,
         hd_map.index,
-        no_vicinity(1),
         mode,
         layer,
         tracks.vehicle,
@@ -320,7 +318,7 @@ def test_truth_on_a_circle(plain_net, left):
     vehicles.rear_m[:] = np.stack([out * np.sin(angle), side * (radius - out * np.cos(angle))], axis=1)
     names = ("lane", "rear_m", "segment", "lane_offset_m", "lane_yaw_rad", "curvature_per_m", "lane_width_m", "marked")
     rows = np.arange(12, dtype=np.int32)
-    locate(rows, circle.lanes, circle.index, no_vicinity(1), circle.sides, *(getattr(vehicles, name) for name in names))
+    locate(rows, circle.lanes, circle.index, circle.sides, *(getattr(vehicles, name) for name in names))
     assert vehicles.lane_offset_m == pytest.approx(offset, abs=1e-4)
     assert vehicles.lane_yaw_rad == pytest.approx(side * angle, abs=1e-4)
     assert vehicles.curvature_per_m == pytest.approx(np.full(12, side / radius), rel=1e-3)
@@ -336,7 +334,7 @@ def test_nothing_is_marked_while_one_end_of_the_vehicle_is_inside_a_junction(ben
     vehicles.rear_m[:] = [[entry - 9.0, -1.6], [entry - 2.0, -1.6], [entry + 1.0, -1.6]]
     names = ("lane", "rear_m", "segment", "lane_offset_m", "lane_yaw_rad", "curvature_per_m", "lane_width_m", "marked")
     rows = np.arange(3, dtype=np.int32)
-    locate(rows, bend.lanes, bend.index, no_vicinity(1), bend.sides, *(getattr(vehicles, name) for name in names))
+    locate(rows, bend.lanes, bend.index, bend.sides, *(getattr(vehicles, name) for name in names))
     assert vehicles.marked.tolist() == [True, False, False]
 
 
