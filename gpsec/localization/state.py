@@ -1,15 +1,41 @@
-"""State of every defence's filter."""
+"""State of every defence's filter.
+
+Defences that have done the same so far are in the same state, to the last bit: the same filter has seen the same odometry
+and the same fixes. Such cells of a track **share** one filter, that of their leader, until they part: because one
+isolates GNSS and another does not, or with another response, or because they take GNSS back at different times. So it
+costs little to try one more detector.
+"""
 
 from dataclasses import dataclass
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 
 from gpsec.arrays import Flags, Floats, Ints
 from gpsec.fleet import Rows
+from gpsec.kernels import inline, kernel
 
 # Filter state: east, north, yaw, and the slow GNSS error in east and north.
 STATES = 5
+
+
+class FilterArrays(NamedTuple):
+    """The fields of `FilterState`, as kernels take them."""
+
+    started: Flags
+    fix_age_s: Floats
+    leader: Ints
+    isolated: Flags
+    entered: Flags
+    quiet_s: Floats
+    mean: Floats
+    covariance: Floats
+    consistent_s: Floats
+    isolated_way_m: Floats
+    segment: Ints
+    innovation: Floats
+    innovation_valid: Flags
+    repairs: Ints
 
 
 @dataclass
@@ -19,10 +45,13 @@ class FilterState(Rows):
     Attributes:
         started: (M,) the first fix has come.
         fix_age_s: (M,) time since the last fix.
-        mean: (M, D, 5) east and north of the rear axle (m), yaw (rad), slow GNSS error east and north (m).
-        covariance: (M, D, 5, 5).
+        leader: (M, D) defence whose filter this one shares; its own number where it leads.
         isolated: (M, D) GNSS is not used.
+        entered: (M, D) isolated since this very step.
         quiet_s: (M, D) time in isolation without an alarm.
+        mean: (M, D, 5) east and north of the rear axle (m), yaw (rad), slow GNSS error east and north (m). This and
+            what follows is meaningful where a defence leads.
+        covariance: (M, D, 5, 5).
         consistent_s: (M, D) time in isolation in which fixes have agreed with the estimate.
         isolated_way_m: (M, D) distance travelled in isolation.
         segment: (M, D) map segment of the estimate at the last camera correction, -1 before.
@@ -34,10 +63,12 @@ class FilterState(Rows):
 
     started: Flags
     fix_age_s: Floats
+    leader: Ints
+    isolated: Flags
+    entered: Flags
+    quiet_s: Floats
     mean: Floats
     covariance: Floats
-    isolated: Flags
-    quiet_s: Floats
     consistent_s: Floats
     isolated_way_m: Floats
     segment: Ints
@@ -47,15 +78,17 @@ class FilterState(Rows):
 
     @classmethod
     def empty(cls, capacity: int, defences: int) -> Self:
-        """Return `capacity` rows of filters that have not started."""
+        """Return `capacity` rows of filters that have not started; all defences share one."""
         cells = (capacity, defences)
         return cls(
             started=np.zeros(capacity, np.bool_),
             fix_age_s=np.zeros(capacity),
+            leader=np.zeros(cells, np.int32),
+            isolated=np.zeros(cells, np.bool_),
+            entered=np.zeros(cells, np.bool_),
+            quiet_s=np.zeros(cells),
             mean=np.zeros((*cells, STATES)),
             covariance=np.zeros((*cells, STATES, STATES)),
-            isolated=np.zeros(cells, np.bool_),
-            quiet_s=np.zeros(cells),
             consistent_s=np.zeros(cells),
             isolated_way_m=np.zeros(cells),
             segment=np.full(cells, -1, np.int32),
@@ -63,3 +96,65 @@ class FilterState(Rows):
             innovation_valid=np.zeros(cells, np.bool_),
             repairs=np.zeros(cells, np.int32),
         )
+
+    def arrays(self) -> FilterArrays:
+        """Return the arrays themselves."""
+        return FilterArrays(*(getattr(self, name) for name in FilterArrays._fields))
+
+    def apart(self) -> Self:
+        """Return a copy in which every defence has a filter of its own."""
+        row = np.arange(self.capacity)[:, np.newaxis]
+        defences = self.leader.shape[1]
+        shared = set(FilterArrays._fields[FilterArrays._fields.index("mean") :])
+        fields = {name: array[row, self.leader] if name in shared else array.copy() for name, array in self._arrays()}
+        fields["leader"] = np.broadcast_to(np.arange(defences, dtype=np.int32), self.leader.shape).copy()
+        return type(self)(**fields)
+
+
+@inline
+def part(filters: FilterArrays, row: int, key: Ints, before: Ints) -> None:
+    """Part the defences of a row that share a filter but differ in (D,) `key`; `before` is (D,) room to work in.
+
+    Those of the leader's key stay with it. Of the others, the first one of each key leads and gets a copy of the filter.
+    """
+    leader = filters.leader[row]
+    for d in range(len(key)):
+        before[d] = leader[d]
+    for d in range(len(key)):
+        old = before[d]
+        if key[d] == key[old]:
+            continue
+        new = d
+        for other in range(old + 1, d):
+            if before[other] == old and key[other] == key[d]:
+                new = other
+                break
+        leader[d] = new
+        if new == d:
+            _copy(filters, row, old, d)
+
+
+@inline
+def _copy(filters: FilterArrays, row: int, source: int, target: int) -> None:
+    for i in range(STATES):
+        filters.mean[row, target, i] = filters.mean[row, source, i]
+        for j in range(STATES):
+            filters.covariance[row, target, i, j] = filters.covariance[row, source, i, j]
+    filters.consistent_s[row, target] = filters.consistent_s[row, source]
+    filters.isolated_way_m[row, target] = filters.isolated_way_m[row, source]
+    filters.segment[row, target] = filters.segment[row, source]
+    filters.innovation[row, target, 0] = filters.innovation[row, source, 0]
+    filters.innovation[row, target, 1] = filters.innovation[row, source, 1]
+    filters.innovation_valid[row, target] = filters.innovation_valid[row, source]
+    filters.repairs[row, target] = filters.repairs[row, source]
+
+
+@kernel
+def report(rows: Ints, filters: FilterArrays, estimate_m: Floats, isolated: Flags) -> None:
+    """Set the (M, D, 2) estimates of the rear axle and the (M, D) flags of isolation of the track rows `rows`."""
+    for row in rows:
+        for d in range(filters.leader.shape[1]):
+            leader = filters.leader[row, d]
+            estimate_m[row, d, 0] = filters.mean[row, leader, 0]
+            estimate_m[row, d, 1] = filters.mean[row, leader, 1]
+            isolated[row, d] = filters.isolated[row, d]

@@ -17,7 +17,7 @@ from gpsec.kernels import inline, kernel
 from gpsec.localization import ekf, ukf
 from gpsec.localization.noise_table import NoiseTable
 from gpsec.localization.responses import Cells, Response, World
-from gpsec.localization.state import FilterState
+from gpsec.localization.state import FilterArrays, FilterState, part
 from gpsec.threads import Threads
 
 # A fix agrees with the estimate within this many standard deviations …
@@ -61,10 +61,10 @@ class Localization:
         self.responses = responses
         self.world = world
         self.settings = settings
-        self._isolates = np.array([response.isolates for response in responses])
-        self._columns = {
-            response: np.array([other is response for other in responses]) for response in dict.fromkeys(responses)
-        }
+        kinds = list(dict.fromkeys(responses))
+        # Which response each defence has, by number; -1 where it never isolates.
+        self._kind = np.array([kinds.index(one) if one.isolates else -1 for one in responses], np.int32)
+        self._isolating = [(number, kind) for number, kind in enumerate(kinds) if kind.isolates]
 
     def new_state(self, capacity: int) -> FilterState:
         """Return filters for `capacity` track rows that have not started."""
@@ -81,29 +81,28 @@ class Localization:
         threads: Threads,
     ) -> None:
         """Take one step with the track rows `rows`; `alarm` is (M, K)."""
+        threads.run(self._step, rows, filters, tracks, vehicles, seen, alarm)
+
+    def _step(
+        self,
+        rows: Ints,
+        filters: FilterState,
+        tracks: Tracks,
+        vehicles: Vehicles,
+        seen: Measurements,
+        alarm: Flags,
+    ) -> None:
         world, settings = self.world, self.settings
-        before = filters.isolated[rows]
-        threads.run(
-            _propagate,
+        arrays = filters.arrays()
+        _propagate(
             rows,
             self.detector,
-            self._isolates,
+            self._kind,
             alarm,
             world.table,
             world.step_s,
             settings.outage_s,
-            filters.started,
-            filters.fix_age_s,
-            filters.mean,
-            filters.covariance,
-            filters.isolated,
-            filters.quiet_s,
-            filters.consistent_s,
-            filters.isolated_way_m,
-            filters.segment,
-            filters.innovation,
-            filters.innovation_valid,
-            filters.repairs,
+            arrays,
             tracks.vehicle,
             tracks.fix_m,
             tracks.fix_valid,
@@ -112,18 +111,18 @@ class Localization:
             seen.yaw_rate_rps,
             seen.heading_rad,
         )
-        isolated = filters.isolated[rows]
-        if not isolated.any():
+        isolated = rows[filters.isolated[rows].any(axis=1)]
+        if not len(isolated):
             return
-        for response, columns in self._columns.items():
-            at, defence = np.nonzero(isolated & columns)
-            cells = Cells(rows[at], defence.astype(np.int32), ~before[at, defence])
-            if len(at):
+        alone = filters.isolated[isolated] & (filters.leader[isolated] == np.arange(len(self.responses)))
+        for number, response in self._isolating:
+            at, defence = np.nonzero(alone & (self._kind == number))
+            row, column = isolated[at], defence.astype(np.int32)
+            if len(row):
+                cells = Cells(row, column, filters.entered[row, column])
                 response.correct(cells, filters, tracks, vehicles, seen, world)
-        at, defence = np.nonzero(isolated)
         _rejoin(
-            rows[at],
-            defence.astype(np.int32),
+            isolated,
             self.detector,
             alarm,
             world.table,
@@ -131,13 +130,7 @@ class Localization:
             settings.hold_s,
             settings.rejoin_s,
             settings.outage_s,
-            filters.fix_age_s,
-            filters.mean,
-            filters.covariance,
-            filters.isolated,
-            filters.quiet_s,
-            filters.consistent_s,
-            filters.isolated_way_m,
+            arrays,
             tracks.vehicle,
             tracks.fix_m,
             tracks.fix_valid,
@@ -151,23 +144,12 @@ class Localization:
 def _propagate(
     rows: Ints,
     detector: Ints,
-    isolates: Flags,
+    kind: Ints,
     alarm: Flags,
     table: NoiseTable,
     step_s: float,
     outage_s: float,
-    started: Flags,
-    fix_age_s: Floats,
-    mean: Floats,
-    covariance: Floats,
-    isolated: Flags,
-    quiet_s: Floats,
-    consistent_s: Floats,
-    isolated_way_m: Floats,
-    segment: Ints,
-    innovation: Floats,
-    innovation_valid: Flags,
-    repairs: Ints,
+    filters: FilterArrays,
     vehicle: Ints,
     fix_m: Floats,
     fix_valid: Flags,
@@ -176,40 +158,64 @@ def _propagate(
     yaw_rate_rps: Floats,
     heading_rad: Floats,
 ) -> None:
+    # What each defence does in this step: the number of the response that it begins with, or -1.
+    begins = np.empty(len(detector), np.int32)
+    before = np.empty(len(detector), np.int32)
     for row in rows:
         v = vehicle[row]
         q = profile[v]
         x = fix_m[row, 0]
         y = fix_m[row, 1]
-        if not started[row]:
+        if not filters.started[row]:
             if fix_valid[row]:
-                started[row] = True
+                filters.started[row] = True
                 for d in range(len(detector)):
-                    ekf.start(mean[row, d], covariance[row, d], table, q, x, y, heading_rad[v])
+                    ekf.start(filters.mean[row, d], filters.covariance[row, d], table, q, x, y, heading_rad[v])
             continue
-        fix_age_s[row] = 0.0 if fix_valid[row] else fix_age_s[row] + step_s
-        lost = fix_age_s[row] > max(outage_s, _OUTAGE_PERIODS * table.gnss_period_s[q])
+        filters.fix_age_s[row] = 0.0 if fix_valid[row] else filters.fix_age_s[row] + step_s
+        lost = _is_lost(filters.fix_age_s[row], outage_s, table.gnss_period_s[q])
+        any_begins = False
         for d in range(len(detector)):
-            innovation_valid[row, d] = False
-            if isolates[d] and not isolated[row, d] and (alarm[row, detector[d]] or lost):
-                isolated[row, d] = True
-                quiet_s[row, d] = 0.0
-                consistent_s[row, d] = 0.0
-                isolated_way_m[row, d] = 0.0
-                segment[row, d] = -1
-                if not lost:
-                    # The filter has not turned yet in this step.
-                    heading = heading_rad[v] - yaw_rate_rps[v] * step_s
-                    _drop_polluted_yaw(mean[row, d], covariance[row, d], heading, table.heading_rad[q])
-            if isolated[row, d]:
-                ukf.predict(mean[row, d], covariance[row, d], table, q, speed_mps[v], yaw_rate_rps[v], step_s)
-                isolated_way_m[row, d] += abs(speed_mps[v]) * step_s
+            begins[d] = -1
+            filters.entered[row, d] = False
+            if kind[d] >= 0 and not filters.isolated[row, d] and (alarm[row, detector[d]] or lost):
+                begins[d] = kind[d]
+                any_begins = True
+        if any_begins:
+            part(filters, row, begins, before)
+        for d in range(len(detector)):
+            leads = filters.leader[row, d] == d
+            mean = filters.mean[row, d]
+            covariance = filters.covariance[row, d]
+            if begins[d] >= 0:
+                filters.entered[row, d] = True
+                filters.isolated[row, d] = True
+                filters.quiet_s[row, d] = 0.0
+                if leads:
+                    filters.consistent_s[row, d] = 0.0
+                    filters.isolated_way_m[row, d] = 0.0
+                    filters.segment[row, d] = -1
+                    if not lost:
+                        # The filter has not turned yet in this step.
+                        heading = heading_rad[v] - yaw_rate_rps[v] * step_s
+                        _drop_polluted_yaw(mean, covariance, heading, table.heading_rad[q])
+            if not leads:
                 continue
-            ekf.predict(mean[row, d], covariance[row, d], table, q, speed_mps[v], yaw_rate_rps[v], step_s)
+            filters.innovation_valid[row, d] = False
+            if filters.isolated[row, d]:
+                ukf.predict(mean, covariance, table, q, speed_mps[v], yaw_rate_rps[v], step_s)
+                filters.isolated_way_m[row, d] += abs(speed_mps[v]) * step_s
+                continue
+            ekf.predict(mean, covariance, table, q, speed_mps[v], yaw_rate_rps[v], step_s)
             if fix_valid[row]:
-                white = table.gnss_white_m[q]
-                repairs[row, d] += ekf.update(mean[row, d], covariance[row, d], innovation[row, d], x, y, white)
-                innovation_valid[row, d] = True
+                innovation = filters.innovation[row, d]
+                filters.repairs[row, d] += ekf.update(mean, covariance, innovation, x, y, table.gnss_white_m[q])
+                filters.innovation_valid[row, d] = True
+
+
+@inline
+def _is_lost(fix_age_s: float, outage_s: float, period_s: float) -> bool:
+    return fix_age_s > max(outage_s, _OUTAGE_PERIODS * period_s)
 
 
 @inline
@@ -227,8 +233,7 @@ def _drop_polluted_yaw(mean: Floats, covariance: Floats, heading_rad: float, sig
 
 @kernel
 def _rejoin(
-    row: Ints,
-    defence: Ints,
+    rows: Ints,
     detector: Ints,
     alarm: Flags,
     table: NoiseTable,
@@ -236,13 +241,7 @@ def _rejoin(
     hold_s: float,
     rejoin_s: float,
     outage_s: float,
-    fix_age_s: Floats,
-    mean: Floats,
-    covariance: Floats,
-    isolated: Flags,
-    quiet_s: Floats,
-    consistent_s: Floats,
-    isolated_way_m: Floats,
+    filters: FilterArrays,
     vehicle: Ints,
     fix_m: Floats,
     fix_valid: Flags,
@@ -250,45 +249,90 @@ def _rejoin(
     residual_valid: Flags,
     profile: Ints,
 ) -> None:
-    for i in range(len(row)):
-        r = row[i]
-        d = defence[i]
-        q = profile[vehicle[r]]
-        lost = fix_age_s[r] > max(outage_s, _OUTAGE_PERIODS * table.gnss_period_s[q])
-        quiet_s[r, d] = 0.0 if alarm[r, detector[d]] or lost else quiet_s[r, d] + step_s
-        if lost:
-            consistent_s[r, d] = 0.0
-        if not (fix_valid[r] and residual_valid[r]):
+    joins = np.empty(len(detector), np.int32)
+    before = np.empty(len(detector), np.int32)
+    for row in rows:
+        q = profile[vehicle[row]]
+        x = fix_m[row, 0]
+        y = fix_m[row, 1]
+        lost = _is_lost(filters.fix_age_s[row], outage_s, table.gnss_period_s[q])
+        comparable = fix_valid[row] and residual_valid[row]
+        any_joins = False
+        for d in range(len(detector)):
+            joins[d] = 0
+            if not filters.isolated[row, d]:
+                continue
+            filters.quiet_s[row, d] = 0.0 if alarm[row, detector[d]] or lost else filters.quiet_s[row, d] + step_s
+            leader = filters.leader[row, d]
+            if leader == d:
+                if lost:
+                    filters.consistent_s[row, d] = 0.0
+                if comparable:
+                    agrees = abs(residual_m[row]) <= _GATE_SIGMAS * table.residual_m[q] and _is_near(
+                        filters, row, d, table, q, x, y
+                    )
+                    agreed_s = filters.consistent_s[row, d] + max(table.gnss_period_s[q], step_s)
+                    filters.consistent_s[row, d] = agreed_s if agrees else 0.0
+            # Half a step of tolerance: sums of steps do not meet round figures exactly.
+            quiet = filters.quiet_s[row, d] >= hold_s - 0.5 * step_s
+            if comparable and quiet and filters.consistent_s[row, leader] >= rejoin_s - 0.5 * step_s:
+                joins[d] = 1
+                any_joins = True
+        if not any_joins:
             continue
-        m = mean[r, d]
-        P = covariance[r, d]
-        ux = cos(m[2])
-        uy = sin(m[2])
-        along = (fix_m[r, 0] - m[0]) * ux + (fix_m[r, 1] - m[1]) * uy
-        drift = (table.odometer_scale[q] * isolated_way_m[r, d]) ** 2
-        variance = P[0, 0] * ux * ux + 2.0 * P[0, 1] * ux * uy + P[1, 1] * uy * uy
-        variance += drift + table.gnss_white_m[q] ** 2 + table.gnss_bias_m[q] ** 2
-        agrees = (
-            abs(residual_m[r]) <= _GATE_SIGMAS * table.residual_m[q]
-            and max(abs(along) - _GATE_ALONG_M, 0.0) <= _GATE_SIGMAS * variance**0.5
-        )
-        consistent_s[r, d] = consistent_s[r, d] + max(table.gnss_period_s[q], step_s) if agrees else 0.0
-        # Half a step of tolerance: sums of steps do not meet round figures exactly.
-        if quiet_s[r, d] < hold_s - 0.5 * step_s or consistent_s[r, d] < rejoin_s - 0.5 * step_s:
-            continue
-        isolated[r, d] = False
-        # GNSS may now move the estimate along the lane by what was found, and its slow error is as unknown as at start.
-        widened = drift + along * along
-        P[0, 0] += widened * ux * ux
-        P[0, 1] += widened * ux * uy
-        P[1, 0] = P[0, 1]
-        P[1, 1] += widened * uy * uy
-        bias = table.gnss_bias_m[q] ** 2
-        m[3] = 0.0
-        m[4] = 0.0
-        for a in range(5):
-            for b in range(5):
-                if a != b and (a > 1 or b > 1):
-                    P[a, b] = 0.0
-        P[3, 3] = bias
-        P[4, 4] = bias
+        part(filters, row, joins, before)
+        for d in range(len(detector)):
+            if joins[d] == 1:
+                filters.isolated[row, d] = False
+                if filters.leader[row, d] == d:
+                    _trust_again(filters, row, d, table, q, x, y)
+
+
+@inline
+def _along(filters: FilterArrays, row: int, d: int, x_m: float, y_m: float) -> tuple[float, float, float]:
+    """Return the direction of the estimate's yaw, and how far along it the fix lies ahead of the estimate."""
+    mean = filters.mean[row, d]
+    ux = cos(mean[2])
+    uy = sin(mean[2])
+    return ux, uy, (x_m - mean[0]) * ux + (y_m - mean[1]) * uy
+
+
+@inline
+def _drift(filters: FilterArrays, row: int, d: int, table: NoiseTable, profile: int) -> float:
+    """Return the variance along the way that the odometer's scale error has made in isolation."""
+    return (table.odometer_scale[profile] * filters.isolated_way_m[row, d]) ** 2
+
+
+@inline
+def _is_near(filters: FilterArrays, row: int, d: int, table: NoiseTable, profile: int, x_m: float, y_m: float) -> bool:
+    P = filters.covariance[row, d]
+    ux, uy, along = _along(filters, row, d, x_m, y_m)
+    variance = P[0, 0] * ux * ux + 2.0 * P[0, 1] * ux * uy + P[1, 1] * uy * uy
+    variance += (
+        _drift(filters, row, d, table, profile) + table.gnss_white_m[profile] ** 2 + table.gnss_bias_m[profile] ** 2
+    )
+    return max(abs(along) - _GATE_ALONG_M, 0.0) <= _GATE_SIGMAS * variance**0.5
+
+
+@inline
+def _trust_again(
+    filters: FilterArrays, row: int, d: int, table: NoiseTable, profile: int, x_m: float, y_m: float
+) -> None:
+    """Let GNSS move the estimate along the lane by what was found; its slow error is as unknown as at the start."""
+    m = filters.mean[row, d]
+    P = filters.covariance[row, d]
+    ux, uy, along = _along(filters, row, d, x_m, y_m)
+    widened = _drift(filters, row, d, table, profile) + along * along
+    P[0, 0] += widened * ux * ux
+    P[0, 1] += widened * ux * uy
+    P[1, 0] = P[0, 1]
+    P[1, 1] += widened * uy * uy
+    bias = table.gnss_bias_m[profile] ** 2
+    m[3] = 0.0
+    m[4] = 0.0
+    for a in range(5):
+        for b in range(5):
+            if a != b and (a > 1 or b > 1):
+                P[a, b] = 0.0
+    P[3, 3] = bias
+    P[4, 4] = bias

@@ -8,7 +8,7 @@ from gpsec.engine import Answers, Stopwatch, Watchers
 from gpsec.fleet import Measurements, Rows, Tracks, Vehicles
 from gpsec.hdmap.matching import lateral_residual
 from gpsec.localization.responses import World
-from gpsec.localization.state import FilterState
+from gpsec.localization.state import FilterState, report
 from gpsec.localization.switch import Localization
 from gpsec.threads import Threads
 
@@ -77,8 +77,7 @@ class BatchedMethod:
         self._detect(rows, tracks, vehicles, seen, threads, watch)
         filters = self._filters
         self._localization.step(filters, rows, tracks, vehicles, seen, self.answers.alarm, threads)
-        self.answers.estimate_m[rows] = filters.mean[rows, :, :2]
-        self.answers.isolated[rows] = filters.isolated[rows]
+        threads.run(report, rows, filters.arrays(), self.answers.estimate_m, self.answers.isolated)
         watch.lap("localization")
 
     def _detect(

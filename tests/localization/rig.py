@@ -90,7 +90,7 @@ class Rig:
 
     def error_m(self, response: str) -> np.ndarray:
         """(M, 2) estimate minus truth."""
-        return self.filters.mean[:, self.column(response), :2] - self.vehicles.rear_m
+        return self.filters.apart().mean[:, self.column(response), :2] - self.vehicles.rear_m
 
     def isolated(self, response: str) -> bool:
         return bool(self.filters.isolated[0, self.column(response)])

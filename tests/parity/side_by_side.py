@@ -8,6 +8,7 @@ import numpy as np
 from gpsec.arrays import Ints
 from gpsec.engine import Stopwatch
 from gpsec.fleet import Measurements, Tracks, Vehicles
+from gpsec.localization.state import FilterState
 from gpsec.pipeline.batched import BatchedMethod
 from gpsec.reference.method import ReferenceMethod
 from gpsec.threads import Threads
@@ -82,8 +83,9 @@ class SideBySide:
         found.close("residual", residual, tracks.residual_m[rows])
         found.same("residual valid", valid, tracks.residual_valid[rows])
         self._compare_detectors(rows)
+        filters = self.batched.filters.apart()
         for row in rows.tolist():
-            self._compare_filters(row)
+            self._compare_filters(row, filters)
         isolated = self.batched.filters.isolated[rows]
         lane = vehicles.lane[tracks.vehicle[rows]]
         matched = tracks.segment[rows]
@@ -105,8 +107,8 @@ class SideBySide:
         self.found.close("estimate", one.estimate_m[rows], other.estimate_m[rows])
         self.found.same("isolated", one.isolated[rows], other.isolated[rows])
 
-    def _compare_filters(self, row: int) -> None:
-        filters, found = self.batched.filters, self.found
+    def _compare_filters(self, row: int, filters: FilterState) -> None:
+        found = self.found
         navigators = self.reference.track(row).helm.navigators
         found.same("filter started", bool(navigators), filters.started[row])
         for d, navigator in enumerate(navigators):
