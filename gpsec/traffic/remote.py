@@ -184,6 +184,8 @@ def _serve(
                 connection.send(session.zones(asked))
             _send_frames(connection, Ring(*blocks), session, asked)
         connection.send(session.warnings)
+        while True:  # the other side may be some steps behind, and would find a closed pipe instead of them
+            connection.recv()
     except GpsecError as error:
         connection.send(error)
     except (EOFError, OSError):

@@ -50,6 +50,18 @@ def test_frames_are_those_of_the_session_to_the_byte(scenario, lane_index, equip
     assert max(np.diff(here.start)) > 3
 
 
+def test_a_reader_may_be_slower_than_the_simulation(scenario, lane_index):
+    options = resolve_options(scenario(FLOWS), seed=3)
+    with RemoteSession(options, lane_index, everybody) as session:
+        steps = []
+        for frame in session.frames(0.3):
+            # Time to simulate all of it before the first step is taken up.
+            time.sleep(0.0 if steps else 0.5)
+            steps.append(frame.step)
+    assert steps == [0, 1, 2]
+    assert session.exit_code == 0
+
+
 def test_zones_come_over(scenario, lane_index):
     options = resolve_options(scenario(FLOWS, ZONE), seed=1)
     with RemoteSession(options, lane_index, everybody) as session:
