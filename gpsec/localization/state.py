@@ -1,9 +1,9 @@
 """State of every defence's filter.
 
-Defences that have done the same so far are in the same state, to the last bit: the same filter has seen the same odometry
-and the same fixes. Such cells of a track **share** one filter, that of their leader, until they part: because one
-isolates GNSS and another does not, or with another response, or because they take GNSS back at different times. So it
-costs little to try one more detector.
+Defences that have done the same so far are in the same state, to the last bit: the same filter has seen the same
+odometry and the same fixes. Such cells of a track **share** one filter, that of their leader, until they part: because
+one isolates GNSS and another does not, or with another response, or because they take GNSS back at different times. So
+it costs little to try one more detector.
 """
 
 from dataclasses import dataclass
@@ -115,7 +115,7 @@ class FilterState(Rows):
 def part(filters: FilterArrays, row: int, key: Ints, before: Ints) -> None:
     """Part the defences of a row that share a filter but differ in (D,) `key`; `before` is (D,) room to work in.
 
-    Those of the leader's key stay with it. Of the others, the first one of each key leads and gets a copy of the filter.
+    Those of the leader's key stay with it. Of the others, the first of each key leads and gets a copy of the filter.
     """
     leader = filters.leader[row]
     for d in range(len(key)):

@@ -300,7 +300,7 @@ def _along(filters: FilterArrays, row: int, d: int, x_m: float, y_m: float) -> t
 @inline
 def _drift(filters: FilterArrays, row: int, d: int, table: NoiseTable, profile: int) -> float:
     """Return the variance along the way that the odometer's scale error has made in isolation."""
-    return (table.odometer_scale[profile] * filters.isolated_way_m[row, d]) ** 2
+    return float((table.odometer_scale[profile] * filters.isolated_way_m[row, d]) ** 2)
 
 
 @inline
@@ -311,7 +311,7 @@ def _is_near(filters: FilterArrays, row: int, d: int, table: NoiseTable, profile
     variance += (
         _drift(filters, row, d, table, profile) + table.gnss_white_m[profile] ** 2 + table.gnss_bias_m[profile] ** 2
     )
-    return max(abs(along) - _GATE_ALONG_M, 0.0) <= _GATE_SIGMAS * variance**0.5
+    return bool(max(abs(along) - _GATE_ALONG_M, 0.0) <= _GATE_SIGMAS * variance**0.5)
 
 
 @inline
