@@ -3,13 +3,16 @@
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import cos, floor, pi, radians, sin
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pyproj
 
 from gpsec.arrays import Floats
 from gpsec.errors import GpsecError
 from gpsec.kernels import inline
+
+if TYPE_CHECKING:
+    import pyproj
 
 # A net without a projection gets this origin (longitude, latitude): Braunschweig, the home of SUMO.
 DEFAULT_ORIGIN_DEG = (10.5268, 52.2647)
@@ -17,13 +20,15 @@ DEFAULT_ORIGIN_DEG = (10.5268, 52.2647)
 
 def yaw_from_sumo_angle(angle_deg: float) -> float:
     """Return yaw in radians, counter-clockwise from east, of SUMO's angle in degrees, clockwise from north."""
-    return wrap_angle(radians(90.0 - angle_deg))
+    return _wrap(radians(90.0 - angle_deg))
 
 
-@inline
-def wrap_angle(angle_rad: float) -> float:
+def _wrap(angle_rad: float) -> float:
     """Return the same direction in [-pi, pi)."""
     return angle_rad - 2.0 * pi * floor((angle_rad + pi) / (2.0 * pi))
+
+
+wrap_angle = inline(_wrap)
 
 
 @inline
@@ -58,7 +63,9 @@ class Projector:
         return self.definition not in {"!", "-", "."}
 
     @cached_property
-    def _transformer(self) -> pyproj.Transformer:
+    def _transformer(self) -> "pyproj.Transformer":
+        import pyproj  # late: hardly any run asks for longitudes
+
         lon, lat = DEFAULT_ORIGIN_DEG
         fallback = f"+proj=tmerc +lat_0={lat} +lon_0={lon} +datum=WGS84 +units=m"
         try:

@@ -1,13 +1,12 @@
-"""How a loop over rows becomes machine code."""
+"""How a loop over rows becomes machine code. numba takes long to import, so the first kernel that is called does it."""
 
 import hashlib
 import os
+import sys
 from collections.abc import Callable
+from functools import cache, cached_property, update_wrapper
 from pathlib import Path
-from typing import ParamSpec, TypeVar, cast
-
-import numba
-from numba.core import event
+from typing import Any, Generic, ParamSpec, TypeVar, cast
 
 from gpsec.errors import GpsecError
 
@@ -30,36 +29,73 @@ def cache_folder() -> Path:
     return folder.absolute()
 
 
-def _code_folder() -> str:
+@cache
+def _code_folder() -> Path:
     """Return where machine code is kept, by the content of the package.
 
     numba itself looks only at the file of a kernel, not at those of the helpers that are compiled into it.
     """
+    named = os.environ.get("NUMBA_CACHE_DIR")
+    if named:
+        return Path(named)
     digest = hashlib.sha256()
     package = Path(__file__).parent
     for module in sorted(package.rglob("*.py")):
         digest.update(module.relative_to(package).as_posix().encode())
         digest.update(module.read_bytes())
-    return str(cache_folder() / "kernels" / digest.hexdigest()[:16])
+    return cache_folder() / "kernels" / digest.hexdigest()[:16]
 
 
-if not numba.config.CACHE_DIR:
-    numba.config.CACHE_DIR = _code_folder()
+class Compiled(Generic[P, R]):
+    """A function that becomes machine code when it is first called, by itself or by another one."""
+
+    def __init__(self, function: Callable[P, R], keep: bool) -> None:
+        update_wrapper(self, function)
+        self._function = function
+        self._keep = keep
+
+    def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
+        """Run the machine code."""
+        return cast("R", self.dispatcher(*args, **kwargs))
+
+    @cached_property
+    def dispatcher(self) -> Any:
+        """What numba makes of the function."""
+        return _numba().njit(cache=self._keep, nogil=True, error_model="numpy")(self._function)
 
 
-_compiling = event.TimingListener()
-event.register("numba:compile", _compiling)
+@cache
+def _numba() -> Any:
+    """Return numba, told where to keep machine code and that a `Compiled` is code of its own."""
+    import numba
+    from numba.core import event, types
+    from numba.extending import typeof_impl
+
+    numba.config.CACHE_DIR = str(_code_folder())
+    typeof_impl.register(Compiled)(lambda function, context: types.Dispatcher(function.dispatcher))
+    event.register("numba:compile", _compiling())
+    return numba
+
+
+@cache
+def _compiling() -> Any:
+    from numba.core import event
+
+    return event.TimingListener()
 
 
 def are_compiled() -> bool:
     """Return whether machine code of this version is kept already."""
-    folder = Path(numba.config.CACHE_DIR)
+    folder = _code_folder()
     return folder.is_dir() and any(folder.rglob("*.nbi"))
 
 
 def compile_seconds() -> float:
     """Return the wall-clock seconds that this process has spent in compiling kernels so far."""
-    return float(_compiling.duration) if _compiling.done else 0.0
+    if "numba" not in sys.modules:
+        return 0.0
+    listener = _compiling()
+    return float(listener.duration) if listener.done else 0.0
 
 
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
@@ -68,9 +104,9 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     Kernels release the GIL, so that `gpsec.threads` can run them on disjoint rows at once, and never use
     fast-math: the same input gives the same bits whatever the batch.
     """
-    return cast("Callable[P, R]", numba.njit(cache=True, nogil=True, error_model="numpy")(function))
+    return Compiled(function, keep=True)
 
 
 def inline(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a small helper that kernels call and the optimiser inlines; its code is kept with theirs."""
-    return cast("Callable[P, R]", numba.njit(nogil=True, error_model="numpy")(function))
+    return Compiled(function, keep=False)

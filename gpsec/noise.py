@@ -37,6 +37,20 @@ def vehicle_key(seed: int, vehicle_id: str) -> int:
     return int.from_bytes(digest.digest(), "little")
 
 
+def plain_uniform(key: int, channel: int, step: int) -> float:
+    """Return the draw of `uniform`, without machine code: for who draws a few times only."""
+    word = _plain_mix(key + int(_GAMMA) * (channel + 1))
+    word = _plain_mix(word + int(_GAMMA) * (step + 1))
+    return (float(word >> 11) + 0.5) * _TO_UNIT
+
+
+def _plain_mix(word: int) -> int:
+    word %= 1 << 64
+    word = (word ^ (word >> 30)) * int(_MUL_1) % (1 << 64)
+    word = (word ^ (word >> 27)) * int(_MUL_2) % (1 << 64)
+    return word ^ (word >> 31)
+
+
 @inline
 def mix(word: np.uint64) -> np.uint64:
     """Return the finaliser of SplitMix64 of `word`."""

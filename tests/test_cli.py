@@ -347,10 +347,3 @@ def test_help_has_examples(command: list[str], capsys: pytest.CaptureFixture[str
 def test_no_arguments_show_the_help(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main([]) == 0
     assert "Usage: gpsec" in capsys.readouterr().out
-
-
-def test_importing_the_command_line_is_light() -> None:
-    heavy = ("numpy", "torch", "numba", "pandas", "libsumo", "pydantic", "sklearn", "rich")
-    code = f"import sys, gpsec.cli; print([name for name in {heavy} if name in sys.modules])"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"

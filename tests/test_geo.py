@@ -1,5 +1,5 @@
 from cmath import exp as cexp
-from math import cos, degrees, hypot, inf, pi, sin
+from math import cos, degrees, hypot, inf, pi, radians, sin
 
 import numpy as np
 import pyproj
@@ -26,6 +26,11 @@ def test_yaw_points_where_the_sumo_angle_points(angle_deg):
     yaw = yaw_from_sumo_angle(angle_deg)
     assert cos(yaw) == pytest.approx(sin(angle_deg * pi / 180.0), abs=1e-12)
     assert sin(yaw) == pytest.approx(cos(angle_deg * pi / 180.0), abs=1e-12)
+
+
+@given(st.floats(0.0, 360.0))
+def test_yaw_is_wrapped_as_kernels_wrap_it(angle_deg):
+    assert yaw_from_sumo_angle(angle_deg) == wrap_angle(radians(90.0 - angle_deg))
 
 
 @given(angles)

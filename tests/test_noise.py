@@ -31,6 +31,11 @@ def test_uniform_is_splitmix_of_key_channel_and_step(key, channel, step):
     assert noise.uniform(np.uint64(key), channel, step) == ((word >> 11) + 0.5) / 2**53
 
 
+@given(st.integers(0, 2**64 - 1), st.integers(0, 100), st.integers(0, 10**7))
+def test_plain_draw_is_that_of_the_kernels(key, channel, step):
+    assert noise.plain_uniform(key, channel, step) == noise.uniform(np.uint64(key), channel, step)
+
+
 def test_finaliser_meets_the_published_sequence():
     # The first outputs of SplitMix64 (Vigna's splitmix64.c) with seed 0 are the finalised multiples of its gamma.
     expected = [0xE220A8397B1DCDAF, 0x6E789E6AA1B965F4, 0x06C45D188009454F]

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import sumolib
 
 from gpsec.arrays import Floats
 from gpsec.errors import GpsecError
@@ -98,6 +97,8 @@ def read_net(net_file: Path) -> Net:
     """
     if not net_file.is_file():
         raise GpsecError(f"{net_file}: no such net file")
+    import sumolib  # late: most runs find the map compiled
+
     try:
         net = sumolib.net.readNet(str(net_file), withInternal=True)
         lanes, points = _drivable(net, net_file)

@@ -4,11 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import accumulate
 
-import numpy as np
-
 from gpsec import noise
 from gpsec.errors import GpsecError, nearest
-from gpsec.sensors.registry import PROFILES
 from gpsec.traffic.source import Departure
 
 
@@ -46,7 +43,7 @@ class FleetChoice:
 
     def _draw(self, departure: Departure, channel: int) -> float:
         # A vehicle that goes on as id#2 keeps what it was given as id.
-        return noise.uniform(np.uint64(noise.vehicle_key(self.seed, first_life(departure.vehicle_id))), channel, 0)
+        return noise.plain_uniform(noise.vehicle_key(self.seed, first_life(departure.vehicle_id)), channel, 0)
 
 
 def first_life(vehicle_id: str) -> str:
@@ -66,6 +63,8 @@ def run_profiles(shares: Mapping[str, float], named: Mapping[str, str]) -> tuple
         GpsecError: a vehicle type names a profile that there is not.
 
     """
+    from gpsec.sensors.registry import PROFILES  # late: the process of SUMO draws who is equipped without it
+
     for name, where in named.items():
         if name not in PROFILES:
             raise GpsecError(f"{where}: gpsec.sensors: unknown sensor profile '{name}': {nearest(name, PROFILES)}")

@@ -6,20 +6,23 @@ simulation out of the evaluator. What every vehicle has in every step goes throu
 """
 
 from collections.abc import Collection, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from types import TracebackType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
 from gpsec.arrays import Floats, Ints
 from gpsec.errors import GpsecError
 from gpsec.traffic.options import SumoOptions
-from gpsec.traffic.session import SumoSession
 from gpsec.traffic.source import Departure, Equip, Frame
 from gpsec.traffic.zones import ZoneShape
+
+if TYPE_CHECKING:
+    from gpsec.traffic.session import SumoSession
 
 # Steps that SUMO may be ahead, and vehicles that a step in the ring may hold; a larger one goes through the pipe.
 DEPTH = 4
@@ -144,7 +147,8 @@ class RemoteSession:
         while isinstance(head := self._receive(), Head):
             self.sumo_s, self.read_s = head.sumo_s, head.read_s
             frame = head.frame or self._frame(head)
-            self._connection.send(None)  # its place in the ring is free
+            with suppress(OSError):  # it ends when it has sent the last step
+                self._connection.send(None)  # a place in the ring is free
             yield frame
         self.warnings = head
 
@@ -177,6 +181,8 @@ def _serve(
     connection: Connection, blocks: tuple[Any, Any], options: SumoOptions, lanes: dict[str, int], equip: Equip
 ) -> None:
     """Be the process of SUMO, until the run is over or the other side is gone."""
+    from gpsec.traffic.session import SumoSession  # late: libsumo is for this process alone
+
     try:
         with SumoSession(options, lanes, equip) as session:
             connection.send(session.step_s)
@@ -192,7 +198,7 @@ def _serve(
         return  # nobody is there any more
 
 
-def _send_frames(connection: Connection, ring: Ring, session: SumoSession, duration_s: float | None) -> None:
+def _send_frames(connection: Connection, ring: Ring, session: "SumoSession", duration_s: float | None) -> None:
     ahead = 0
     for frame in session.frames(duration_s):
         while ahead == DEPTH or (ahead and connection.poll()):

@@ -50,7 +50,6 @@ class Roster:
         self._front_m: Floats = np.zeros((256, 2))
         self._speed_mps: Floats = np.zeros(256)
         self._lane: Ints = np.full(256, -1, np.int32)
-        yaw_from_sumo_angle(0.0)  # compiled now, so that the first frame's time is that of reading
 
     def read(self, step_s: float) -> None:
         """Bring everything up to date with the simulation after a step of `step_s`."""

@@ -5,8 +5,6 @@ from dataclasses import dataclass
 from math import inf
 from pathlib import Path
 
-import libsumo
-
 from gpsec.errors import GpsecError, nearest
 from gpsec.traffic.inputs import PREFIX, all_matches, first_match, own_parameters
 
@@ -64,6 +62,8 @@ def read_type(type_id: str) -> VehicleType:
     Raises:
         GpsecError: its ``gpsec.equipped`` is no probability, or its body has no size.
     """
+    import libsumo  # late: the evaluator only looks into files
+
     types = libsumo.vehicletype
     vehicle_class = types.getVehicleClass(type_id)
     for name, size_m in (("length", types.getLength(type_id)), ("width", types.getWidth(type_id))):

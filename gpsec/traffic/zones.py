@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, Protocol
 
-import libsumo
 import numpy as np
 
 from gpsec.arrays import Floats
@@ -57,6 +56,8 @@ def read_zones(known_keys: Collection[str], files: tuple[Path, ...]) -> list[Zon
     Raises:
         GpsecError: a zone has a ``gpsec.…`` parameter that is not in `known_keys`, or a polygon is degenerate.
     """
+    import libsumo  # late: only the process of SUMO reads zones
+
     polygons = [
         ZoneShape(
             zone,

@@ -6,7 +6,6 @@ import pkgutil
 import numpy as np
 import pytest
 import torch
-from numba.core.dispatcher import Dispatcher
 from sklearn.ensemble import IsolationForest as SklearnForest
 
 import gpsec.reference
@@ -15,6 +14,7 @@ from gpsec.detection.base import Detector
 from gpsec.detection.forest_training import flatten
 from gpsec.detection.lstm_training import ResidualLstm, to_arrays
 from gpsec.errors import GpsecError
+from gpsec.kernels import Compiled
 from gpsec.localization.noise_table import FilterNoise
 from gpsec.localization.switch import SwitchSettings
 from gpsec.reference.detectors import watch_maker
@@ -28,7 +28,7 @@ def test_no_module_of_the_reference_knows_a_kernel():
     assert "gpsec.reference.switch" in names
     for name in names:
         known = vars(importlib.import_module(name))
-        assert [key for key, value in known.items() if isinstance(value, Dispatcher)] == []
+        assert [key for key, value in known.items() if isinstance(value, Compiled)] == []
         modules = [value.__name__ for value in known.values() if type(value) is type(np)]
         assert [module for module in modules if module.startswith("gpsec")] == []
 

@@ -1,0 +1,192 @@
+"""The commands and their options. What takes long to import is imported by the command that needs it."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from gpsec.console.complaint import complain
+from gpsec.console.listing import KINDS, lines
+from gpsec.errors import GpsecError
+
+app = typer.Typer(
+    name="gpsec",
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+_Set = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Change a key of gpsec.toml, such as fleet.profile=consumer."),
+]
+_Scenarios = Annotated[
+    list[str], typer.Argument(metavar="SCENARIO", help="A scenario folder, its gpsec.toml, or any .sumocfg.")
+]
+_Profile = Annotated[
+    str | None, typer.Option("--profile", metavar="P", help="Sensor profile of the whole fleet (fleet.profile).")
+]
+
+
+def answer(arguments: list[str]) -> int:
+    """Do what the command line asks for and return the exit status.
+
+    Raises:
+        GpsecError: the user cannot have meant that.
+        KeyboardInterrupt: the user has had enough.
+    """
+    try:
+        return app(arguments, prog_name="gpsec", standalone_mode=False) or 0
+    except typer.TyperException as error:
+        raise GpsecError(_usage(error)) from None
+    except typer.Abort:
+        raise KeyboardInterrupt from None
+
+
+def _usage(error: typer.TyperException) -> str:
+    """Return what is wrong with the command line, as one sentence in our form."""
+    meant = getattr(error, "possibilities", None)
+    said = error.message if meant else error.format_message()
+    said = said.strip().rstrip(".").replace(". Did you", "; did you").replace("Input should be", "expected")
+    hint = f"; did you mean {' or '.join(sorted(meant))}?" if meant else ""
+    return f"{said[:1].lower()}{said[1:]}{hint}"
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import PackageNotFoundError, version
+
+        try:
+            print(f"gpsec {version('gpsec')}")
+        except PackageNotFoundError:
+            print("gpsec, not installed")
+        raise typer.Exit
+
+
+@app.callback()
+def gpsec(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+) -> None:
+    """Evaluate GPS-spoofing attacks on automated vehicles in SUMO traffic.
+
+    \b
+    Examples:
+      gpsec run scenarios/town
+      gpsec run scenarios/town scenarios/highway --out results/both
+      gpsec check scenarios/town
+      gpsec list attacks
+    """  # noqa: D301
+
+
+@app.command()
+def run(
+    scenarios: _Scenarios,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="DIR", help="One folder for all scenarios. [default: results/<scenario>]"),
+    ] = None,
+    seed: Annotated[int | None, typer.Option(metavar="N", help="Of SUMO and of all noise (seed).")] = None,
+    duration: Annotated[
+        float | None, typer.Option(metavar="S", help="Simulated seconds (duration_s). [default: the .sumocfg's]")
+    ] = None,
+    profile: _Profile = None,
+    set_: _Set = None,
+    log_steps: Annotated[bool, typer.Option("--log-steps", help="Also write every step to steps.parquet.")] = False,
+    engine: Annotated[
+        str | None, typer.Option(metavar="E", help="batched, or reference for small fleets. [default: batched]")
+    ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the run that DIR holds.")] = False,
+    jobs: Annotated[
+        int | None, typer.Option(min=1, metavar="N", help="Scenarios at a time. [default: the cores there are]")
+    ] = None,
+    threads: Annotated[int | None, typer.Option(metavar="N", help="Threads of each scenario (threads).")] = None,
+) -> int:
+    """Run scenarios, write tables and show them.
+
+    \b
+    Examples:
+      gpsec run scenarios/town
+      gpsec run scenarios/town --duration 120 --seed 7 --profile consumer
+      gpsec run scenarios/town --set plans.drift.rate_mps=0.2 --set fleet.equipped_share=0.3
+      gpsec run scenarios/* --out results/all --overwrite
+      gpsec run somewhere/else.sumocfg --set 'plans=[{attack="drift", share=0.2}]'
+    """  # noqa: D301
+    from gpsec.console.launch import launch
+    from gpsec.scenario.overrides import Override, parse_set
+
+    changes = [parse_set(text) for text in set_ or []]
+    flags = {
+        ("seed",): (seed, f"--seed {seed}"),
+        ("duration_s",): (duration, f"--duration {duration}"),
+        ("fleet", "profile"): (profile, f"--profile {profile}"),
+        ("engine",): (engine, f"--engine {engine}"),
+        ("threads",): (threads, f"--threads {threads}"),
+        ("log_steps",): (log_steps or None, "--log-steps"),
+    }
+    changes += [Override(key, value, flag) for key, (value, flag) in flags.items() if value is not None]
+    return launch(scenarios, changes, out=out, overwrite=overwrite, jobs=jobs)
+
+
+@app.command()
+def check(scenarios: _Scenarios, profile: _Profile = None, set_: _Set = None) -> int:
+    """Validate scenarios without running them: configuration, files, net, and what SUMO says of them.
+
+    \b
+    Examples:
+      gpsec check scenarios/town
+      gpsec check scenarios/* --set fleet.profile=consumer
+    """  # noqa: D301
+    from gpsec.console.check import check_scenario
+    from gpsec.scenario.overrides import Override, parse_set
+
+    changes = [parse_set(text) for text in set_ or []]
+    if profile is not None:
+        changes.append(Override(("fleet", "profile"), profile, f"--profile {profile}"))
+    status = 0
+    for argument in scenarios:
+        try:
+            print(check_scenario(argument, changes))
+        except GpsecError as error:
+            status = complain(str(error))
+    return status
+
+
+@app.command("list")
+def list_(
+    kind: Annotated[str, typer.Argument(metavar="KIND", help=f"One of {', '.join(KINDS)}.")],
+    folder: Annotated[Path, typer.Option("--dir", metavar="DIR", help="Where scenarios are.")] = Path("scenarios"),
+) -> None:
+    """List what there is to choose from.
+
+    \b
+    Examples:
+      gpsec list attacks
+      gpsec list scenarios --dir scenarios
+    """  # noqa: D301
+    for line in lines(kind, folder):
+        print(line)
+    sys.stdout.flush()
+
+
+@app.command()
+def train(
+    seed: Annotated[int, typer.Option(metavar="N", help="Of traffic, noise and training.")] = 1,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="DIR", help="Where models go. [default: inside the package]")
+    ] = None,
+    jobs: Annotated[int | None, typer.Option(min=1, metavar="N", help="Processes. [default: the cores]")] = None,
+) -> None:
+    """Train the learned detectors on benign runs and calibrate every threshold.
+
+    \b
+    Examples:
+      gpsec train
+      gpsec train --seed 2 --out /tmp/models
+    """  # noqa: D301
+    from gpsec.training import main as train_models
+
+    train_models(seed=seed, out=out, jobs=jobs)
