@@ -6,7 +6,6 @@ simulation out of the evaluator. What every vehicle has in every step goes throu
 """
 
 from collections.abc import Collection, Iterator, Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
@@ -147,8 +146,7 @@ class RemoteSession:
         while isinstance(head := self._receive(), Head):
             self.sumo_s, self.read_s = head.sumo_s, head.read_s
             frame = head.frame or self._frame(head)
-            with suppress(OSError):  # it ends when it has sent the last step
-                self._connection.send(None)  # a place in the ring is free
+            self._connection.send(None)  # its place in the ring is free
             yield frame
         self.warnings = head
 

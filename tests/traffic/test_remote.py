@@ -92,17 +92,6 @@ def test_closing_early_ends_the_process_and_writes_nothing(scenario, lane_index,
     assert listing(tmp_path) == before
 
 
-def test_steps_that_are_left_can_be_read_when_the_process_has_ended(scenario, lane_index):
-    with RemoteSession(resolve_options(scenario(FLOWS), seed=1), lane_index, everybody) as session:
-        frames = session.frames(0.3)
-        first = next(frames)
-        deadline = time.monotonic() + 60.0
-        while session.exit_code is None and time.monotonic() < deadline:
-            time.sleep(0.02)
-        assert session.exit_code == 0
-        assert [frame.step for frame in (first, *frames)] == [0, 1, 2]
-
-
 def test_a_dead_simulation_is_said(scenario, lane_index, monkeypatch, tmp_path):
     monkeypatch.setenv("TMPDIR", str(tmp_path))  # who is killed cannot clean up
     with RemoteSession(resolve_options(scenario(FLOWS), seed=1), lane_index, everybody) as session:
