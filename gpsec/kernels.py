@@ -49,10 +49,11 @@ def _code_folder() -> Path:
 class Compiled(Generic[P, R]):
     """A function that becomes machine code when it is first called, by itself or by another one."""
 
-    def __init__(self, function: Callable[P, R], keep: bool) -> None:
+    def __init__(self, function: Callable[P, R], *, keep: bool, allocates: bool = False) -> None:
         update_wrapper(self, function)
         self._function = function
         self._keep = keep
+        self._allocates = allocates
 
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
         """Run the machine code."""
@@ -61,7 +62,10 @@ class Compiled(Generic[P, R]):
     @cached_property
     def dispatcher(self) -> Any:
         """What numba makes of the function."""
-        return _numba().njit(cache=self._keep, nogil=True, error_model="numpy")(self._function)
+        # Without numba's run time (NRT), code neither allocates nor counts references to arrays. The counts of the some
+        # forty arrays of a map, taken again at each branch of a search, made matching three times as slow.
+        options = {"cache": self._keep, "nogil": True, "error_model": "numpy", "_nrt": self._allocates}
+        return _numba().njit(**options)(self._function)
 
 
 @cache
@@ -102,9 +106,15 @@ def kernel(function: Callable[P, R]) -> Callable[P, R]:
     """Compile `function` on first use and keep the machine code for later runs.
 
     Kernels release the GIL, so that `gpsec.threads` can run them on disjoint rows at once, and never use
-    fast-math: the same input gives the same bits whatever the batch.
+    fast-math: the same input gives the same bits whatever the batch. They cannot allocate: the caller hands them the
+    arrays that they fill and those that they need to work in.
     """
     return Compiled(function, keep=True)
+
+
+def allocating_kernel(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile `function` like a kernel that may make arrays; it is slower where many arrays are passed around."""
+    return Compiled(function, keep=True, allocates=True)
 
 
 def inline(function: Callable[P, R]) -> Callable[P, R]:

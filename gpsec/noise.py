@@ -11,7 +11,7 @@ from math import cos, log, pi, sqrt
 import numpy as np
 
 from gpsec.arrays import Floats, Keys
-from gpsec.kernels import inline, kernel
+from gpsec.kernels import allocating_kernel, inline
 
 # One number a channel. A channel is never reused for another purpose: that would correlate the two.
 GNSS_WHITE_EAST, GNSS_WHITE_NORTH, GNSS_BIAS_EAST, GNSS_BIAS_NORTH, GNSS_DROPOUT = 1, 2, 3, 4, 5
@@ -77,7 +77,7 @@ def normal(key: np.uint64, channel: int, step: int) -> float:
     return sqrt(-2.0 * log(u)) * cos(2.0 * pi * v)
 
 
-@kernel
+@allocating_kernel
 def uniforms(keys: Keys, channel: int, step: int) -> Floats:
     """Return one uniform draw for each of (N,) keys."""
     draws = np.empty(len(keys))
@@ -86,7 +86,7 @@ def uniforms(keys: Keys, channel: int, step: int) -> Floats:
     return draws
 
 
-@kernel
+@allocating_kernel
 def normals(keys: Keys, channel: int, step: int) -> Floats:
     """Return one standard normal draw for each of (N,) keys."""
     draws = np.empty(len(keys))

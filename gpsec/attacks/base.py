@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from gpsec import noise
 from gpsec.arrays import Flags, Floats, Ints, Keys
 from gpsec.fleet import Rows
-from gpsec.kernels import kernel
+from gpsec.kernels import allocating_kernel
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ class Attack(BaseModel):
         return spoofed
 
 
-@kernel
+@allocating_kernel
 def unit_vectors(angle_rad: Floats) -> Floats:
     """Return (m, 2) unit vectors in the directions (m,), counter-clockwise from east."""
     unit = np.empty((len(angle_rad), 2))
@@ -120,7 +120,7 @@ def unit_vectors(angle_rad: Floats) -> Floats:
     return unit
 
 
-@kernel
+@allocating_kernel
 def powers(base: float, exponent: Floats) -> Floats:
     """Return base ** exponent for each of (m,) exponents."""
     result = np.empty(len(exponent))

@@ -8,7 +8,7 @@ import numpy as np
 from gpsec.arrays import Floats, Floats32, Ints
 from gpsec.detection.learned import Learned, part
 from gpsec.errors import GpsecError
-from gpsec.kernels import inline, kernel
+from gpsec.kernels import allocating_kernel, inline
 
 
 class Forest(NamedTuple):
@@ -120,7 +120,7 @@ def score_one(forest: Forest, profile: int, features: Floats32) -> float:
     return float(2.0 ** (total * forest.scale[profile]))
 
 
-@kernel
+@allocating_kernel
 def score(forest: Forest, profile: int, features: Floats32) -> Floats:
     """Return the anomaly scores of (n, F) vectors of features: the negative of scikit-learn's `score_samples`."""
     scores = np.empty(len(features))

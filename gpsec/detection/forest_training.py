@@ -11,7 +11,7 @@ from gpsec.detection.isolation_forest import FEATURES, WINDOW, describe
 from gpsec.detection.learned import Learned, Progress, silent
 from gpsec.detection.logs import Grid, ResidualLog, sessions
 from gpsec.detection.ring import push
-from gpsec.kernels import kernel
+from gpsec.kernels import allocating_kernel
 
 TREES = 32
 SAMPLES = 1024
@@ -35,7 +35,7 @@ def windows(grid: Grid) -> Floats32:
     return np.concatenate(pieces) if pieces else np.zeros((0, len(FEATURES)), np.float32)
 
 
-@kernel
+@allocating_kernel
 def _describe_all(residual: Floats) -> Floats32:
     features = np.zeros((len(residual) - WINDOW + 1, len(FEATURES)), np.float32)
     window = np.zeros((1, WINDOW))

@@ -24,7 +24,7 @@ from gpsec.detection.forest import Forest, join, score_one
 from gpsec.detection.learned import Learned
 from gpsec.detection.ring import push
 from gpsec.fleet import Rows
-from gpsec.kernels import inline, kernel
+from gpsec.kernels import allocating_kernel, inline
 from gpsec.threads import Threads
 
 # Samples in a window, and the features made of it.
@@ -128,7 +128,7 @@ def describe(window: Floats, count: Ints, row: int, features: Floats32) -> None:
     features[WINDOW] = min(side * total / WINDOW, _LIMIT)
 
 
-@kernel
+@allocating_kernel
 def _update(
     part: Ints,
     rows: Ints,

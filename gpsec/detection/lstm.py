@@ -25,7 +25,7 @@ from gpsec.detection.lstm_cell import step_cell
 from gpsec.detection.ring import mean, push
 from gpsec.errors import GpsecError
 from gpsec.fleet import Rows
-from gpsec.kernels import inline, kernel
+from gpsec.kernels import allocating_kernel, inline
 from gpsec.threads import Threads
 
 HIDDEN = 32
@@ -181,7 +181,7 @@ def fill_inputs(
     inputs[3] = min(camera_sigma_m / scale_m, 4.0)
 
 
-@kernel
+@allocating_kernel
 def _update(
     part: Ints,
     rows: Ints,

@@ -33,6 +33,7 @@ class CameraUkf(Response):
             filters.segment,
             filters.repairs,
             self._weights,
+            np.empty(ukf.NEAR, np.int32),
             world.lanes,
             world.index,
             world.mode,
@@ -55,6 +56,7 @@ def _correct(
     segment: Ints,
     repairs: Ints,
     weights: ukf.SigmaWeights,
+    near: Ints,
     lanes: MapArrays,
     index: MatchIndex,
     mode: int,
@@ -66,7 +68,6 @@ def _correct(
     camera_valid: Flags,
     camera_sigma_m: Floats,
 ) -> None:
-    near = np.empty(ukf.NEAR, np.int32)
     for i in range(len(row)):
         r = row[i]
         d = defence[i]

@@ -94,6 +94,8 @@ class Localization:
     ) -> None:
         world, settings = self.world, self.settings
         arrays = filters.arrays()
+        # Room for the kernels to work in: what each defence does, and whose filter it had before.
+        room = np.empty((2, len(self.responses)), np.int32)
         _propagate(
             rows,
             self.detector,
@@ -102,6 +104,7 @@ class Localization:
             world.table,
             world.step_s,
             settings.outage_s,
+            room,
             arrays,
             tracks.vehicle,
             tracks.fix_m,
@@ -130,6 +133,7 @@ class Localization:
             settings.hold_s,
             settings.rejoin_s,
             settings.outage_s,
+            room,
             arrays,
             tracks.vehicle,
             tracks.fix_m,
@@ -149,6 +153,7 @@ def _propagate(
     table: NoiseTable,
     step_s: float,
     outage_s: float,
+    room: Ints,
     filters: FilterArrays,
     vehicle: Ints,
     fix_m: Floats,
@@ -159,8 +164,7 @@ def _propagate(
     heading_rad: Floats,
 ) -> None:
     # What each defence does in this step: the number of the response that it begins with, or -1.
-    begins = np.empty(len(detector), np.int32)
-    before = np.empty(len(detector), np.int32)
+    begins, before = room[0], room[1]
     for row in rows:
         v = vehicle[row]
         q = profile[v]
@@ -241,6 +245,7 @@ def _rejoin(
     hold_s: float,
     rejoin_s: float,
     outage_s: float,
+    room: Ints,
     filters: FilterArrays,
     vehicle: Ints,
     fix_m: Floats,
@@ -249,8 +254,7 @@ def _rejoin(
     residual_valid: Flags,
     profile: Ints,
 ) -> None:
-    joins = np.empty(len(detector), np.int32)
-    before = np.empty(len(detector), np.int32)
+    joins, before = room[0], room[1]
     for row in rows:
         q = profile[vehicle[row]]
         x = fix_m[row, 0]
