@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 SCENARIOS := scenarios/town scenarios/highway scenarios/sharp_turns scenarios/slow_curve
 
-.PHONY: help setup fleet-eval train nets test lint check clean
+.PHONY: help setup fleet-eval bench train nets test lint check clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
@@ -21,6 +21,9 @@ $(READY): pyproject.toml
 
 fleet-eval: $(READY) ## run the four evaluation scenarios into results/fleet-eval
 	$(BIN)/gpsec run $(SCENARIOS) --out results/fleet-eval --overwrite
+
+bench: $(READY) ## measure what it costs, against bare SUMO, into results/bench.json
+	$(BIN)/python -m benchmarks
 
 train: $(READY) ## train and calibrate the detectors into gpsec/models
 	$(BIN)/gpsec train

@@ -102,9 +102,12 @@ DEMANDS = {
 }
 
 
-def routes(name: str, demand: Demand) -> str:
-    """Return the route file: flows from every entry to every exit, and from streets inside to some exits."""
-    net = sumolib.net.readNet(str(NETS / name / f"{name}.net.xml"))
+def routes(name: str, demand: Demand, net_file: Path | None = None, end_s: int = END_S) -> str:
+    """Return the route file: flows from every entry to every exit, and from streets inside to some exits.
+
+    The net is that of this name in `NETS`, where no other `net_file` is given.
+    """
+    net = sumolib.net.readNet(str(net_file or NETS / name / f"{name}.net.xml"))
     edges = sorted(net.getEdges(False), key=lambda edge: str(edge.getID()))
     entries = [edge for edge in edges if not edge.getIncoming()]
     exits = [edge for edge in edges if not edge.getOutgoing()]
@@ -117,7 +120,7 @@ def routes(name: str, demand: Demand) -> str:
     for origin, target, rate in rows:
         lines.append(
             f'    <flow id="{_label(origin)}_{_label(target)}" type="traffic" from="{origin}" to="{target}" begin="0" '
-            f'end="{END_S}" period="exp({rate:.5f})" departLane="best" departSpeed="max" departPos="base"/>'
+            f'end="{end_s}" period="exp({rate:.5f})" departLane="best" departSpeed="max" departPos="base"/>'
         )
     return "\n".join([*lines, "</routes>", ""])
 

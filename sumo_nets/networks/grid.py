@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from string import ascii_uppercase
 
 from sumo_nets.alignment import Alignment, Segment, through
 from sumo_nets.plan import Control, Plan
@@ -171,4 +172,4 @@ def _ring(plan: Plan, grid: Grid, cell: Cell, arms: Sequence[tuple[float, int]])
 
 def _label(cell: Cell) -> str:
     """Return a junction's name on the town's map, like B3."""
-    return f"{'ABCDEFGH'[cell[0]]}{cell[1] + 1}"
+    return f"{ascii_uppercase[cell[0]]}{cell[1] + 1}"

@@ -1,0 +1,1 @@
+"""What gpsec costs, measured against SUMO itself: ``python -m benchmarks``."""

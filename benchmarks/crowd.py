@@ -1,0 +1,111 @@
+"""Recorded traffic with fewer or more vehicles, in SUMO's place.
+
+``python -m benchmarks.crowd SUMOCFG SECONDS FILE`` makes a recording.
+"""
+
+import sys
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+from time import perf_counter
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+
+from gpsec.traffic.options import SumoOptions, resolve_options
+from gpsec.traffic.recording import RecordedTraffic, Recording, record
+from gpsec.traffic.source import Departure, Equip, Frame
+from gpsec.traffic.zones import ZoneShape
+
+
+class Crowd:
+    """A recording of N vehicles as traffic of any number; implements `gpsec.pipeline.run.Traffic`.
+
+    Vehicles of the lowest rows are taken, as often as it needs to reach the number, under other ids: with other
+    sensor noise, and attacks at other times. Few of the recording's vehicles are memory of the run.
+
+    Attributes:
+        options: what a simulation would be started with.
+        step_s: length of a step.
+        sumo_s: 0, there is no simulation.
+        read_s: wall-clock seconds spent in making frames so far.
+        warnings: none.
+
+    """
+
+    def __init__(
+        self, recording: Recording, count: int, options: SumoOptions, lane_index: Mapping[str, int], equip: Equip
+    ) -> None:
+        """Take `count` vehicles at once; `lane_index` and `equip` were asked when the recording was made."""
+        at_once = int(recording.start[1])
+        self._copies = -(-count // at_once)
+        self._kept = count // self._copies
+        self._source = RecordedTraffic(recording)
+        self.options = options
+        self.step_s = self._source.step_s
+        self.sumo_s = 0.0
+        self.read_s = 0.0
+        self.warnings: list[str] = []
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def zones(self, known_keys: Collection[str]) -> list[ZoneShape]:
+        """Return none."""
+        return []
+
+    def frames(self, duration_s: float | None = None) -> Iterator[Frame]:
+        """Yield the frames of the crowd."""
+        for frame in self._source.frames(duration_s):
+            before = perf_counter()
+            crowd = self._multiplied(frame)
+            self.read_s += perf_counter() - before
+            yield crowd
+
+    def _multiplied(self, frame: Frame) -> Frame:
+        kept = frame.rows < self._kept
+        shifts = [copy * self._kept for copy in range(self._copies)]
+        rows = np.concatenate([frame.rows[kept] + np.int32(shift) for shift in shifts])
+        return replace(
+            frame,
+            left=[row + shift for shift in shifts for row in frame.left if row < self._kept],
+            departures=[_copy(who, shift) for shift in shifts for who in frame.departures if who.row < self._kept],
+            rows=rows,
+            front_m=np.tile(frame.front_m[kept], (self._copies, 1)),
+            speed_mps=np.tile(frame.speed_mps[kept], self._copies),
+            lane=np.tile(frame.lane[kept], self._copies),
+            on_road=len(rows),
+        )
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+def _copy(departure: Departure, shift: int) -> Departure:
+    return replace(departure, row=departure.row + shift, vehicle_id=f"{shift}~{departure.vehicle_id}")
+
+
+def everybody(departure: Departure) -> bool:
+    """Equip every vehicle."""
+    return True
+
+
+def main() -> None:
+    """Record the traffic of a configuration."""
+    from gpsec.hdmap.map import load_map
+    from gpsec.traffic.remote import RemoteSession
+
+    sumocfg, seconds, target = sys.argv[1:]
+    options = resolve_options(Path(sumocfg), seed=1)
+    with RemoteSession(options, load_map(options.net_file, ()).lane_index, everybody) as session:
+        record(session, float(seconds)).save(Path(target))
+
+
+if __name__ == "__main__":
+    main()
