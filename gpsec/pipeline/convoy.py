@@ -93,6 +93,7 @@ class Convoy:
         self._watch = watch
         self._slots = Slots()
         self._tracks_of: dict[int, list[int]] = {}
+        self._used = np.zeros(1, np.bool_)
 
     def step(self, frame: Frame) -> None:
         """Take in one step of the traffic and run the method on it."""
@@ -148,7 +149,9 @@ class Convoy:
         if not over:
             return
         over.sort()
-        self._close(np.array(over, np.int32), frame.time_s)
+        closed = np.array(over, np.int32)
+        self._close(closed, frame.time_s)
+        self._used[closed] = False
         for track in over:
             self._slots.give_back(track)
         for row in frame.left:
@@ -264,9 +267,12 @@ class Convoy:
             self._method.grow(capacity)
             for state in self._attack_states:
                 state.grow(capacity)
+            self._used = np.concatenate([self._used, np.zeros(capacity - len(self._used), np.bool_)])
         for vehicle, track in zip(vehicle_rows.tolist(), taken, strict=True):
             self._tracks_of[vehicle].append(track)
-        return np.array(taken, np.int32)
+        rows = np.array(taken, np.int32)
+        self._used[rows] = True
+        return rows
 
     def _make_room(self, vehicle_rows: int) -> None:
         if vehicle_rows > self.vehicles.capacity:
@@ -274,7 +280,7 @@ class Convoy:
                 rows.grow(2 * vehicle_rows)
 
     def _refresh_rows(self) -> None:
-        self.track_rows = np.array(sorted(t for rows in self._tracks_of.values() for t in rows), np.int32)
+        self.track_rows = np.flatnonzero(self._used).astype(np.int32)
 
     def _vehicle_states(self) -> list[Rows]:
         return [self.vehicles, self.seen, self._sensor_state, self._history, *self._schedules]
