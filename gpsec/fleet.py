@@ -23,10 +23,11 @@ class Rows:
     """
 
     def __post_init__(self) -> None:
+        self._names = [field.name for field in fields(self)]  # type: ignore[arg-type]
         self._blank = {name: array[:1].copy() for name, array in self._arrays()}
 
     def _arrays(self) -> list[tuple[str, np.ndarray]]:
-        return [(field.name, getattr(self, field.name)) for field in fields(self)]  # type: ignore[arg-type]
+        return [(name, getattr(self, name)) for name in self._names]
 
     @property
     def capacity(self) -> int:
