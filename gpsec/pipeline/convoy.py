@@ -104,7 +104,6 @@ class Convoy:
         advance(
             rows,
             frame.front_m,
-            frame.speed_mps,
             self._clock.step_s,
             vehicles.axle_m,
             vehicles.fresh,
@@ -176,6 +175,7 @@ class Convoy:
             vehicles.length_m[row] = departure.length_m
             vehicles.width_m[row] = departure.width_m
             vehicles.yaw_rad[row] = departure.yaw_rad
+            vehicles.speed_mps[row] = departure.speed_mps
             vehicles.born_step[row] = frame.step
             self._tracks_of[row] = []
         self._sensors.enter(self._sensor_state, vehicles, new, frame.step)

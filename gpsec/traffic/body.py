@@ -43,7 +43,6 @@ def follow(yaw_rad: float, course_rad: float, moved_m: float, axle_m: float) -> 
 def advance(
     rows: Ints,
     new_front_m: Floats,
-    new_speed_mps: Floats,
     step_s: float,
     axle_m: Floats,
     fresh: Flags,
@@ -55,7 +54,7 @@ def advance(
 ) -> None:
     """Move the bodies in the vehicle rows `rows` to (n, 2) new front points, one for each of them in order.
 
-    A body that is fresh is placed behind its front along its yaw, at SUMO's speed. The other arguments are fields of
+    A body that is fresh is placed behind its front along its yaw and keeps its speed. The other arguments are fields of
     `Vehicles`.
     """
     for i in range(len(rows)):
@@ -64,7 +63,6 @@ def advance(
         y = new_front_m[i, 1]
         if fresh[row]:
             fresh[row] = False
-            speed_mps[row] = new_speed_mps[i]
             yaw_rate_rps[row] = 0.0
         else:
             dx = x - front_m[row, 0]

@@ -18,7 +18,7 @@ from gpsec.errors import GpsecError
 from gpsec.traffic.clock import step_count
 from gpsec.traffic.source import Departure, Frame, TrafficSource
 
-FORMAT = 1
+FORMAT = 2
 Names = NDArray[np.str_]
 
 
@@ -34,11 +34,11 @@ class Recording:
         time_s: (F,) simulated time after it.
         on_road: (F,) vehicles in the simulation, equipped or not.
         start, left_start, departure_start: (F + 1,) where each frame begins in what follows.
-        rows, front_m, speed_mps, lane: (V,), (V, 2), (V,), (V,) one a vehicle and frame, as in `Frame`.
+        rows, front_m, lane: (V,), (V, 2), (V,) one a vehicle and frame, as in `Frame`.
         left: (L,) rows.
         departure_row: (D,) one a departure from here on, as in `Departure`.
         vehicle_id, vehicle_type, vehicle_class: (D,) fixed-width strings.
-        length_m, width_m, yaw_rad: (D,).
+        length_m, width_m, yaw_rad, speed_mps: (D,).
         equipped_share: (D,) 0 where the type has none.
         has_equipped_share: (D,).
         sensors: (D,) empty where the type has none.
@@ -53,7 +53,6 @@ class Recording:
     departure_start: Longs
     rows: Ints
     front_m: Floats
-    speed_mps: Floats
     lane: Ints
     left: Ints
     departure_row: Ints
@@ -63,6 +62,7 @@ class Recording:
     length_m: Floats
     width_m: Floats
     yaw_rad: Floats
+    speed_mps: Floats
     equipped_share: Floats
     has_equipped_share: Flags
     sensors: Names
@@ -82,7 +82,6 @@ class Recording:
             departures=[self._departure(at) for at in entered],
             rows=self.rows[of].copy(),
             front_m=self.front_m[of].copy(),
-            speed_mps=self.speed_mps[of].copy(),
             lane=self.lane[of].copy(),
             on_road=int(self.on_road[number]),
         )
@@ -96,6 +95,7 @@ class Recording:
             length_m=float(self.length_m[at]),
             width_m=float(self.width_m[at]),
             yaw_rad=float(self.yaw_rad[at]),
+            speed_mps=float(self.speed_mps[at]),
             equipped_share=float(self.equipped_share[at]) if self.has_equipped_share[at] else None,
             sensors=str(self.sensors[at]) or None,
         )
@@ -140,8 +140,8 @@ class Recording:
     def _check(self, path: Path) -> None:
         """Refuse arrays that do not fit together."""
         frames = (self.step, self.time_s, self.on_road)
-        vehicles = (self.rows, self.front_m, self.speed_mps, self.lane)
-        entered = [getattr(self, field.name) for field in fields(self)[12:]]
+        vehicles = (self.rows, self.front_m, self.lane)
+        entered = [getattr(self, field.name) for field in fields(self)[11:]]
         sizes = ((self.start, vehicles), (self.left_start, (self.left,)), (self.departure_start, entered))
         whole = self.front_m.ndim == 2 and all(len(array) == len(self.step) for array in frames)
         for start, arrays in sizes:
@@ -172,7 +172,6 @@ def record(source: TrafficSource, duration_s: float | None) -> Recording:
         departure_start=_starts([len(frame.departures) for frame in frames]),
         rows=of_vehicles("rows", np.zeros(0, np.int32)),
         front_m=of_vehicles("front_m", np.zeros((0, 2))),
-        speed_mps=of_vehicles("speed_mps", np.zeros(0)),
         lane=of_vehicles("lane", np.zeros(0, np.int32)),
         left=np.array([row for frame in frames for row in frame.left], np.int32),
         departure_row=of_departures("row", np.int32),
@@ -182,6 +181,7 @@ def record(source: TrafficSource, duration_s: float | None) -> Recording:
         length_m=of_departures("length_m", np.float64),
         width_m=of_departures("width_m", np.float64),
         yaw_rad=of_departures("yaw_rad", np.float64),
+        speed_mps=of_departures("speed_mps", np.float64),
         equipped_share=np.array([departure.equipped_share or 0.0 for departure in entered], np.float64),
         has_equipped_share=np.array([departure.equipped_share is not None for departure in entered], np.bool_),
         sensors=np.array([departure.sensors or "" for departure in entered], np.str_),

@@ -38,7 +38,7 @@ class Ring:
     def __init__(self, whole: Any, real: Any) -> None:
         """Lay the arrays over two blocks of shared memory, of integers and of floats."""
         self._whole: Ints = np.frombuffer(whole, np.int32).reshape(DEPTH, 2, -1)
-        self._real: Floats = np.frombuffer(real, np.float64).reshape(DEPTH, -1, 3)
+        self._real: Floats = np.frombuffer(real, np.float64).reshape(DEPTH, -1, 2)
         self.capacity = self._whole.shape[2]
 
     def put(self, frame: Frame) -> None:
@@ -46,13 +46,12 @@ class Ring:
         slot, count = frame.step % DEPTH, len(frame.rows)
         self._whole[slot, 0, :count] = frame.rows
         self._whole[slot, 1, :count] = frame.lane
-        self._real[slot, :count, :2] = frame.front_m
-        self._real[slot, :count, 2] = frame.speed_mps
+        self._real[slot, :count] = frame.front_m
 
-    def take(self, step: int, count: int) -> tuple[Ints, Floats, Floats, Ints]:
-        """Return copies of rows, front, speed and lane of a step."""
-        whole, real = self._whole[step % DEPTH], self._real[step % DEPTH, :count]
-        return whole[0, :count].copy(), real[:, :2].copy(), real[:, 2].copy(), whole[1, :count].copy()
+    def take(self, step: int, count: int) -> tuple[Ints, Floats, Ints]:
+        """Return copies of rows, front and lane of a step."""
+        whole = self._whole[step % DEPTH, :, :count]
+        return whole[0].copy(), self._real[step % DEPTH, :count].copy(), whole[1].copy()
 
 
 @dataclass(frozen=True)
@@ -99,7 +98,7 @@ class RemoteSession:
             GpsecError: SUMO refuses to start, or a ``gpsec.…`` parameter is wrong.
         """
         context = get_context("spawn")
-        blocks = context.RawArray("i", DEPTH * 2 * capacity), context.RawArray("d", DEPTH * capacity * 3)
+        blocks = context.RawArray("i", DEPTH * 2 * capacity), context.RawArray("d", DEPTH * capacity * 2)
         self.options = options
         self.sumo_s = 0.0
         self.read_s = 0.0
@@ -151,8 +150,8 @@ class RemoteSession:
         self.warnings = head
 
     def _frame(self, head: Head) -> Frame:
-        rows, front_m, speed_mps, lane = self._ring.take(head.step, head.count)
-        return Frame(head.step, head.time_s, head.left, head.departures, rows, front_m, speed_mps, lane, head.on_road)
+        rows, front_m, lane = self._ring.take(head.step, head.count)
+        return Frame(head.step, head.time_s, head.left, head.departures, rows, front_m, lane, head.on_road)
 
     def _receive(self) -> Any:
         try:

@@ -7,7 +7,7 @@ from itertools import chain
 import libsumo
 import numpy as np
 
-from gpsec.arrays import Flags, Floats, Ints
+from gpsec.arrays import Flags, Floats, Ints, Longs
 from gpsec.fleet import Slots
 from gpsec.geo import yaw_from_sumo_angle
 from gpsec.traffic.source import Departure, Equip
@@ -17,6 +17,8 @@ from gpsec.traffic.vehicletypes import VehicleType, read_type
 _NOWHERE_M = -1e9
 # A move may be this much longer than the speed allows before it counts as a jump.
 JUMP_MARGIN_M = 1.0
+# Speed is only asked for where a move is this much longer than the last one.
+SUSPECT_M = 0.5
 
 
 class Roster:
@@ -26,15 +28,11 @@ class Roster:
     map has not) until it is seen on the road again.
 
     Attributes:
-        rows: (N,) rows on the road, ascending.
-        ids: SUMO's id of the vehicle in each of `rows`.
         left: rows that were left in the last step.
         departures: vehicles that entered in the last step.
     """
 
     def __init__(self, lane_index: Mapping[str, int], equip: Equip) -> None:
-        self.rows: list[int] = []
-        self.ids: list[str] = []
         self.left: list[int] = []
         self.departures: list[Departure] = []
         self._lane_index = lane_index
@@ -46,10 +44,15 @@ class Roster:
         # Lives that have begun, of the equipped vehicles that are in the simulation.
         self._lives: dict[str, int] = {}
         self._started = False
-        # By row, after the last step.
-        self._front_m: Floats = np.zeros((256, 2))
-        self._speed_mps: Floats = np.zeros(256)
-        self._lane: Ints = np.full(256, -1, np.int32)
+        # Who is on the road, in the order in which SUMO keeps its vehicles, since it finds the next one faster then;
+        # where they are, and how far they came in the last step.
+        self._ids: list[str] = []
+        self._front_m: Floats = np.zeros((0, 2))
+        self._moved_m: Floats = np.zeros(0)
+        self._lane: Ints = np.zeros(0, np.int32)
+        # Their rows, ascending, and where in `_ids` the vehicles of these are; made when it is needed.
+        self._rows: Ints = np.zeros(0, np.int32)
+        self._by_row: Longs | None = None
 
     def read(self, step_s: float) -> None:
         """Bring everything up to date with the simulation after a step of `step_s`."""
@@ -58,12 +61,15 @@ class Roster:
         self._note_events()
         jumped = self._read_kept(step_s)
         for vehicle_id in (*jumped, *self._away, *self._departed()):
-            self._try_to_enter(vehicle_id)
+            self._try_to_enter(vehicle_id, step_s)
 
-    def positions(self) -> tuple[Ints, Floats, Floats, Ints]:
-        """Return rows (N,), front bumper (N, 2), speed (N,) and lane (N,) of those on the road, as new arrays."""
-        rows = np.array(self.rows, np.int32)
-        return rows, self._front_m[rows], self._speed_mps[rows], self._lane[rows]
+    def positions(self) -> tuple[Ints, Floats, Ints]:
+        """Return rows (N,), ascending, front bumper (N, 2) and lane (N,) of those on the road, as new arrays."""
+        if self._by_row is None:
+            rows = np.array([self._row_of[name] for name in self._ids], np.int32)
+            self._by_row = np.argsort(rows)
+            self._rows = rows[self._by_row]
+        return self._rows.copy(), self._front_m[self._by_row], self._lane[self._by_row]
 
     def _note_events(self) -> None:
         """Take off the road who arrived, began to teleport or to park."""
@@ -76,39 +82,42 @@ class Roster:
 
     def _read_kept(self, step_s: float) -> list[str]:
         """Read who stayed on the road; return those who jumped, all who cannot go on having left."""
-        front_m, speed_mps, lane = self._read_all()
-        rows = np.array(self.rows, np.int32)
-        moved_m = np.hypot(*(front_m - self._front_m[rows]).T)
-        reach_m = np.maximum(speed_mps, self._speed_mps[rows]) * step_s + JUMP_MARGIN_M
+        front_m, lane = self._read_all()
+        way_m = front_m - self._front_m
+        moved_m = np.hypot(way_m[:, 0], way_m[:, 1])
+        longer_m = moved_m - self._moved_m
+        self._front_m, self._moved_m, self._lane = front_m, moved_m, lane
+        if lane.min(initial=0) >= 0 and longer_m.max(initial=0.0) <= SUSPECT_M:
+            return []
         on_map = _on_map(front_m, lane)
-        jumped = on_map & (moved_m > reach_m)
-        self._front_m[rows] = front_m
-        self._speed_mps[rows] = speed_mps
-        self._lane[rows] = lane
-        names = [self.ids[at] for at in np.flatnonzero(jumped)]
-        for vehicle_id in [self.ids[at] for at in np.flatnonzero(jumped | ~on_map)]:
-            self._leave(vehicle_id)
-        for vehicle_id in names:
-            del self._away[vehicle_id]
-        return names
+        doubtful = np.flatnonzero(~on_map | (longer_m > SUSPECT_M)).tolist()
+        doubtful.sort(key=lambda at: self._row_of[self._ids[at]])
+        jumped: list[str] = []
+        for at, name in [(at, self._ids[at]) for at in doubtful]:
+            if on_map[at]:
+                if moved_m[at] <= _reach_m(name, step_s):
+                    continue
+                jumped.append(name)
+            self._leave(name)
+        for name in jumped:
+            del self._away[name]
+        return jumped
 
-    def _read_all(self) -> tuple[Floats, Floats, Ints]:
+    def _read_all(self) -> tuple[Floats, Ints]:
         """Loop over the vehicles, the only such loop: plain getters, measured to be faster than subscriptions."""
-        vehicle = libsumo.vehicle
-        position, speed, lane_id, index = vehicle.getPosition, vehicle.getSpeed, vehicle.getLaneID, self._lane_index
+        vehicle, index = libsumo.vehicle, self._lane_index
         try:
-            places = [position(name) for name in self.ids]
+            places = list(map(vehicle.getPosition, self._ids))
         except libsumo.TraCIException:
             # Who is taken out by command is not reported as arrived.
             present = set(vehicle.getIDList())
-            for name in [name for name in self.ids if name not in present]:
+            for name in [name for name in self._ids if name not in present]:
                 self._forget(name)
-            places = [position(name) for name in self.ids]
+            places = list(map(vehicle.getPosition, self._ids))
         count = len(places)
         return (
             np.fromiter(chain.from_iterable(places), np.float64, 2 * count).reshape(count, 2),
-            np.array([speed(name) for name in self.ids], np.float64),
-            np.array([index.get(lane_id(name), -1) for name in self.ids], np.int32),
+            np.array([index.get(lane_id, -1) for lane_id in map(vehicle.getLaneID, self._ids)], np.int32),
         )
 
     def _departed(self) -> Iterable[str]:
@@ -126,7 +135,7 @@ class Roster:
         kind = self._type(libsumo.vehicle.getTypeID(vehicle_id))
         return kind.on_roads and self._equip(self._departure(vehicle_id, vehicle_id, -1))
 
-    def _try_to_enter(self, vehicle_id: str) -> None:
+    def _try_to_enter(self, vehicle_id: str, step_s: float) -> None:
         """Give `vehicle_id` a row if it is where it can be followed."""
         vehicle = libsumo.vehicle
         try:
@@ -144,24 +153,28 @@ class Roster:
         self._lives[vehicle_id] += 1
         life = self._lives[vehicle_id]
         row = self._slots.take()
-        self._make_room(row)
-        at = bisect_left(self.rows, row)
-        self.rows.insert(at, row)
-        self.ids.insert(at, vehicle_id)
         self._row_of[vehicle_id] = row
-        self._front_m[row] = front_m
-        self._speed_mps[row] = vehicle.getSpeed(vehicle_id)
-        self._lane[row] = lane
         name = vehicle_id if life == 1 else f"{vehicle_id}#{life}"
-        self.departures.append(self._departure(vehicle_id, name, row))
+        departure = self._departure(vehicle_id, name, row)
+        self.departures.append(departure)
+        at = bisect_left(self._ids, vehicle_id)
+        self._ids.insert(at, vehicle_id)
+        self._front_m = np.insert(self._front_m, at, front_m, axis=0)
+        self._moved_m = np.insert(self._moved_m, at, departure.speed_mps * step_s)
+        self._lane = np.insert(self._lane, at, lane)
+        self._by_row = None
 
     def _leave(self, vehicle_id: str) -> None:
         """Take `vehicle_id` off the road if it is there; it is away then."""
         row = self._row_of.pop(vehicle_id, -1)
         if row < 0:
             return
-        at = bisect_left(self.rows, row)
-        del self.rows[at], self.ids[at]
+        at = bisect_left(self._ids, vehicle_id)
+        del self._ids[at]
+        self._front_m = np.delete(self._front_m, at, axis=0)
+        self._moved_m = np.delete(self._moved_m, at)
+        self._lane = np.delete(self._lane, at)
+        self._by_row = None
         self._slots.give_back(row)
         self.left.append(row)
         self._away[vehicle_id] = None
@@ -181,7 +194,8 @@ class Roster:
             vehicle_class=kind.vehicle_class,
             length_m=kind.length_m,
             width_m=kind.width_m,
-            yaw_rad=float(yaw_from_sumo_angle(libsumo.vehicle.getAngle(vehicle_id))),
+            yaw_rad=yaw_from_sumo_angle(libsumo.vehicle.getAngle(vehicle_id)),
+            speed_mps=libsumo.vehicle.getSpeed(vehicle_id),
             equipped_share=kind.equipped_share,
             sensors=kind.sensors,
         )
@@ -191,13 +205,12 @@ class Roster:
             self._types[type_id] = read_type(type_id)
         return self._types[type_id]
 
-    def _make_room(self, row: int) -> None:
-        missing = row + 1 - len(self._speed_mps)
-        if missing > 0:
-            more = max(missing, len(self._speed_mps))
-            self._front_m = np.concatenate([self._front_m, np.zeros((more, 2))])
-            self._speed_mps = np.concatenate([self._speed_mps, np.zeros(more)])
-            self._lane = np.concatenate([self._lane, np.full(more, -1, np.int32)])
+
+def _reach_m(vehicle_id: str, step_s: float) -> float:
+    """Return how far a vehicle may have moved in the last step without a jump, by its speed before and after it."""
+    speed_mps = libsumo.vehicle.getSpeed(vehicle_id)
+    before_mps = speed_mps - libsumo.vehicle.getAcceleration(vehicle_id) * step_s
+    return float(max(speed_mps, before_mps) * step_s + JUMP_MARGIN_M)
 
 
 def _on_map(front_m: Floats, lane: Ints) -> Flags:

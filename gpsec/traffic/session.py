@@ -125,7 +125,7 @@ class SumoSession:
             self._roster.read(self.step_s)
         except SUMO_ERRORS as error:
             raise self._sumo_error(error) from None
-        rows, front_m, speed_mps, lane = self._roster.positions()
+        rows, front_m, lane = self._roster.positions()
         frame = Frame(
             step=self._step,
             time_s=libsumo.simulation.getTime(),
@@ -133,7 +133,6 @@ class SumoSession:
             departures=self._roster.departures,
             rows=rows,
             front_m=front_m,
-            speed_mps=speed_mps,
             lane=lane,
             on_road=libsumo.vehicle.getIDCount(),
         )

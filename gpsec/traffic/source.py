@@ -18,6 +18,7 @@ class Departure:
         vehicle_class: SUMO's vClass.
         length_m, width_m: of the body.
         yaw_rad: direction of the body at departure.
+        speed_mps: SUMO's speed at departure.
         equipped_share: the type's ``gpsec.equipped`` (a probability), None where it has none.
         sensors: the type's ``gpsec.sensors`` (name of a sensor profile), None where it has none.
     """
@@ -29,6 +30,7 @@ class Departure:
     length_m: float
     width_m: float
     yaw_rad: float
+    speed_mps: float
     equipped_share: float | None
     sensors: str | None
 
@@ -46,7 +48,6 @@ class Frame:
         departures: vehicles that entered; each is also in `rows`.
         rows: (N,) vehicle rows on the road, ascending.
         front_m: (N, 2) centre of the front bumper in the net's frame.
-        speed_mps: (N,) SUMO's speed.
         lane: (N,) index of the lane in the HD map.
         on_road: number of vehicles in the simulation, equipped or not.
     """
@@ -57,7 +58,6 @@ class Frame:
     departures: list[Departure]
     rows: Ints
     front_m: Floats
-    speed_mps: Floats
     lane: Ints
     on_road: int
 

@@ -77,7 +77,6 @@ class Drive:
                 departures=departures,
                 rows=frame.rows[here],
                 front_m=frame.front_m[here],
-                speed_mps=frame.speed_mps[here],
                 lane=frame.lane[here],
             )
 

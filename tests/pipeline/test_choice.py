@@ -12,7 +12,7 @@ N = 20_000
 
 
 def departure(name: str, share: float | None = None, sensors: str | None = None) -> Departure:
-    return Departure(-1, name, "car", "passenger", 4.6, 1.8, 0.0, share, sensors)
+    return Departure(-1, name, "car", "passenger", 4.6, 1.8, 0.0, 0.0, share, sensors)
 
 
 def choice(seed: int = 3, equipped: float = 0.3, **shares: float) -> FleetChoice:

@@ -39,11 +39,12 @@ def journeys(recording: Recording) -> list[Journey]:
             row = np.array([departure.row], np.int32)
             vehicles.reset(row)
             vehicles.yaw_rad[row] = departure.yaw_rad
+            vehicles.speed_mps[row] = departure.speed_mps
             vehicles.axle_m[row] = axle_distance(departure.length_m)
             on_road[departure.row] = Journey([], [], [], [], [])
             done.append(on_road[departure.row])
         state = (getattr(vehicles, name) for name in names)
-        advance(frame.rows, frame.front_m, frame.speed_mps, step_s, *state)
+        advance(frame.rows, frame.front_m, step_s, *state)
         for row in frame.rows.tolist():
             journey = on_road[row]
             journey.east_m.append(vehicles.rear_m[row, 0])

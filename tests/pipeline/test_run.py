@@ -120,7 +120,6 @@ def renumbered(recording: Recording) -> Recording:
                 departures=departures[::-1],
                 rows=rows[order],
                 front_m=frame.front_m[order],
-                speed_mps=frame.speed_mps[order],
                 lane=frame.lane[order],
             )
 
@@ -221,7 +220,7 @@ class Nobody:
     def frames(self, duration_s: float | None = None):
         none = np.zeros(0, np.int32)
         for step in range(20):
-            yield Frame(step, 0.1 * step, [], [], none, np.zeros((0, 2)), np.zeros(0), none, self.on_road)
+            yield Frame(step, 0.1 * step, [], [], none, np.zeros((0, 2)), none, self.on_road)
 
     def close(self) -> None:
         """Nothing to do."""

@@ -61,16 +61,16 @@ def body(yaw: float = 0.0, axle: float = 3.5, count: int = 1) -> Vehicles:
     return vehicles
 
 
-def move(vehicles: Vehicles, front: np.ndarray, speed: np.ndarray | None = None, rows=None) -> None:
+def move(vehicles: Vehicles, front: np.ndarray, rows=None) -> None:
     rows = np.arange(len(front), dtype=np.int32) if rows is None else np.array(rows, np.int32)
-    speed = np.zeros(len(front)) if speed is None else speed
     names = ("axle_m", "fresh", "front_m", "rear_m", "yaw_rad", "speed_mps", "yaw_rate_rps")
-    advance(rows, np.asarray(front, float), speed, STEP_S, *(getattr(vehicles, name) for name in names))
+    advance(rows, np.asarray(front, float), STEP_S, *(getattr(vehicles, name) for name in names))
 
 
 def test_a_fresh_body_is_placed_behind_its_front_at_sumos_speed():
     vehicles = body(yaw=pi / 2)
-    move(vehicles, [[10.0, 20.0]], np.array([7.0]))
+    vehicles.speed_mps[0] = 7.0
+    move(vehicles, [[10.0, 20.0]])
     assert vehicles.rear_m[0] == pytest.approx([10.0, 16.5])
     assert (vehicles.speed_mps[0], vehicles.yaw_rate_rps[0], vehicles.fresh[0]) == (7.0, 0.0, False)
 
@@ -105,9 +105,10 @@ def test_straight_ahead():
 
 def test_standing_still():
     vehicles = body(yaw=0.3)
-    move(vehicles, [[5.0, 5.0]], np.array([9.0]))
+    vehicles.speed_mps[0] = 9.0
+    move(vehicles, [[5.0, 5.0]])
     rear = vehicles.rear_m.copy()
-    move(vehicles, [[5.0, 5.0]], np.array([9.0]))
+    move(vehicles, [[5.0, 5.0]])
     assert (vehicles.speed_mps[0], vehicles.yaw_rate_rps[0]) == (0.0, 0.0)
     assert vehicles.rear_m.tobytes() == rear.tobytes()
 

@@ -20,12 +20,12 @@ class Made:
 
     def frames(self, duration_s=None):
         def departure(row, name, share=None, sensors=None):
-            return Departure(row, name, "Ärzte", "passenger", 4.5, 1.8, 0.1 * row - 3.0, share, sensors)
+            return Departure(row, name, "Ärzte", "passenger", 4.5, 1.8, 0.1 * row - 3.0, 3.0 * row, share, sensors)
 
         def frame(step, left, departures, rows):
             front = np.array([[step + 0.1 * row, 1.0 / (row + 3)] for row in rows]).reshape(-1, 2)
             rows = np.array(rows, np.int32)
-            return Frame(step, 7.0 + step / 10, left, departures, rows, front, 3.0 * rows, rows + np.int32(5), 9 + step)
+            return Frame(step, 7.0 + step / 10, left, departures, rows, front, rows + np.int32(5), 9 + step)
 
         yield frame(0, [], [departure(0, "a", 0.0, "dsd"), departure(1, "long name")], [0, 1])
         yield frame(1, [0], [departure(0, "a#2", 1.0)], [0, 1])
@@ -109,8 +109,8 @@ def changed(path, **arrays):
 @pytest.mark.parametrize(
     ("arrays", "message"),
     [
-        ({"format": np.array([99])}, r"expected a recording of format 1, found \[99\]"),
-        ({"format": None}, "expected a recording of format 1"),
+        ({"format": np.array([99])}, r"expected a recording of format 2, found \[99\]"),
+        ({"format": None}, "expected a recording of format 2"),
         ({"lane": None}, "other arrays than expected: lane"),
         ({"extra": np.zeros(1)}, "other arrays than expected: extra"),
         ({"start": np.array([0, 2, 9, 4])}, "do not fit together"),

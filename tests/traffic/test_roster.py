@@ -1,4 +1,7 @@
+from math import dist
+
 import libsumo
+import numpy as np
 import pytest
 
 from gpsec.errors import GpsecError
@@ -117,7 +120,31 @@ def test_driving_at_any_speed_is_no_jump(scenario, run):
     kind = '<vType id="car" maxSpeed="50" speedFactor="normc(3,0,1,4)" accel="9" decel="9"/>'
     frames, _ = run(scenario(kind + TRIP), step_s=0.2)
     assert list(spans(frames)) == ["v"]
-    assert max(frame.speed_mps.max(initial=0.0) for frame in frames) > 25.0
+    way = np.concatenate([frame.front_m for frame in frames])
+    assert np.hypot(*np.diff(way, axis=0).T).max() / 0.2 > 25.0
+
+
+def test_jumps_are_the_moves_that_are_longer_than_the_speed_allows(scenario, lane_index):
+    """By the speed that every vehicle has in every step, which the roster asks of few."""
+    kind = '<vType id="car" sigma="0.5" speedFactor="norm(1,0.3)"/>'
+    flow = '<flow id="f" type="car" begin="0" end="60" period="2" departLane="random" departSpeed="max" '
+    config = scenario(kind + flow + 'from="A0B0" to="B2C2"/>' + flow.replace('"f"', '"g"') + 'from="C2B2" to="B0A0"/>')
+    options = resolve_options(config, seed=1, lateral_resolution_m=0.0)
+    jumps, expected, last = [], [], {}
+    with SumoSession(options, lane_index, lambda departure: True) as session:
+        for frame in session.frames(80.0):
+            jumps += [(frame.step, d.vehicle_id.split("#")[0]) for d in frame.departures if "#" in d.vehicle_id]
+            now = {
+                name: (libsumo.vehicle.getPosition(name), libsumo.vehicle.getSpeed(name))
+                for name in libsumo.vehicle.getIDList()
+            }
+            for name in sorted(now.keys() & last.keys()):
+                (place, speed), (before, speed_before) = now[name], last[name]
+                if dist(place, before) > max(speed, speed_before) * 0.1 + 1.0:
+                    expected.append((frame.step, name))
+            last = now
+    assert sorted(jumps) == sorted(expected)
+    assert len(jumps) > 20  # SUMO changes lanes in one step here
 
 
 def test_vehicle_that_is_taken_out_leaves_its_row(scenario, lane_index):
