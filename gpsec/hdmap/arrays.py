@@ -71,8 +71,9 @@ class MatchIndex(NamedTuple):
         group_x_m, group_y_m, group_radius_m: (G,) bounding circle.
         chunk_segment, chunk_segments: (C,) first segment of a chunk and their number.
         chunk_x_m, chunk_y_m, chunk_radius_m: (C,) bounding circle.
-        lane_x_m, lane_y_m, lane_radius_m: (L,) circle about the whole lane, in every layer.
         chain_first, chain_count: (L,) CSR of chains; chain_lane: their lanes, the lane itself first.
+        chain_x_m, chain_y_m, chain_radius_m: circle about the whole of each lane in a chain, in every layer; infinite
+            where an end of the lane continues straight on.
         grid_first: (Y, cells + 1) CSR of the grid; grid_chunk: the chunks.
         grid_x_m, grid_y_m, grid_cell_m: (1,) lower left corner and cell size.
         grid_columns, grid_rows: (1,) size in cells.
@@ -91,12 +92,12 @@ class MatchIndex(NamedTuple):
     chunk_x_m: Floats
     chunk_y_m: Floats
     chunk_radius_m: Floats
-    lane_x_m: Floats
-    lane_y_m: Floats
-    lane_radius_m: Floats
     chain_first: Ints
     chain_count: Ints
     chain_lane: Ints
+    chain_x_m: Floats
+    chain_y_m: Floats
+    chain_radius_m: Floats
     grid_first: Ints
     grid_chunk: Ints
     grid_x_m: Floats

@@ -9,8 +9,8 @@ from gpsec.arrays import Floats, Ints
 from gpsec.hdmap.arrays import MapArrays, MatchIndex
 from gpsec.hdmap.net import Lane
 
-CHUNK_SEGMENTS = 8
-GROUP_CHUNKS = 8
+CHUNK_SEGMENTS = 4
+GROUP_CHUNKS = 4
 GRID_CELL_M = 16.0
 # How far tracked matching follows what leads to a lane and on from it.
 REACH_M = 100.0
@@ -48,12 +48,12 @@ def build_index(lanes: list[Lane], arrays: MapArrays) -> MatchIndex:
         chunk_circles.x_m,
         chunk_circles.y_m,
         chunk_circles.radius_m,
-        lane_circles.x_m,
-        lane_circles.y_m,
-        lane_circles.radius_m,
         chain_first,
         chain_count,
         chain_lane,
+        lane_circles.x_m[chain_lane],
+        lane_circles.y_m[chain_lane],
+        lane_circles.radius_m[chain_lane],
         *_grid(chunk_circles, layer, layers),
     )
 
@@ -92,7 +92,10 @@ def _lane_circles(arrays: MapArrays) -> Circles:
     # Points of every layer lie on the true line, so the circle of layer 0 holds them all.
     every = _circles(arrays, arrays.first.ravel())
     lanes = arrays.first.shape[1]
-    return Circles(every.x_m[:lanes], every.y_m[:lanes], every.radius_m[:lanes])
+    first = arrays.first[0]
+    endless = arrays.open_start[first] | arrays.open_end[first + arrays.segments[0] - 1]
+    radius = np.where(endless, np.inf, every.radius_m[:lanes])
+    return Circles(every.x_m[:lanes], every.y_m[:lanes], radius)
 
 
 def _chains(lanes: list[Lane]) -> tuple[Ints, Ints, Ints]:

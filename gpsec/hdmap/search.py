@@ -98,23 +98,24 @@ def match_tracked(lanes: MapArrays, index: MatchIndex, layer: int, lane: int, x_
         _, bound = project(lanes, hint, x_m, y_m, True)
         bound = bound * (1.0 + 1e-9) + 1e-12
     for position in range(start, start + index.chain_count[lane]):
-        candidate = index.chain_lane[position]
-        first = lanes.first[layer, candidate]
-        last = first + lanes.segments[layer, candidate] - 1
-        # An end that continues straight on may be near although its circles are not.
-        if lanes.open_start[first]:
-            best, best_d2 = _better(lanes, first, x_m, y_m, best, best_d2)
-        if lanes.open_end[last]:
-            best, best_d2 = _better(lanes, last, x_m, y_m, best, best_d2)
         if _out_of_reach(
             x_m,
             y_m,
-            index.lane_x_m[candidate],
-            index.lane_y_m[candidate],
-            index.lane_radius_m[candidate],
+            index.chain_x_m[position],
+            index.chain_y_m[position],
+            index.chain_radius_m[position],
             min(best_d2, bound),
         ):
             continue
+        candidate = index.chain_lane[position]
+        if index.chain_radius_m[position] == inf:
+            # An end that continues straight on may be near although the circles of its segments are not.
+            first = lanes.first[layer, candidate]
+            last = first + lanes.segments[layer, candidate] - 1
+            if lanes.open_start[first]:
+                best, best_d2 = _better(lanes, first, x_m, y_m, best, best_d2)
+            if lanes.open_end[last]:
+                best, best_d2 = _better(lanes, last, x_m, y_m, best, best_d2)
         first_group = index.group_first[layer, candidate]
         for group in range(first_group, first_group + index.group_count[layer, candidate]):
             if _out_of_reach(
@@ -162,19 +163,17 @@ def gather_tracked(
     within_d2 = within_m * within_m
     start = index.chain_first[lane]
     for position in range(start, start + index.chain_count[lane]):
-        candidate = index.chain_lane[position]
-        first = lanes.first[layer, candidate]
-        last = first + lanes.segments[layer, candidate] - 1
-        endless = lanes.open_start[first] or lanes.open_end[last]
-        if not endless and _out_of_reach(
+        if _out_of_reach(
             x_m,
             y_m,
-            index.lane_x_m[candidate],
-            index.lane_y_m[candidate],
-            index.lane_radius_m[candidate],
+            index.chain_x_m[position],
+            index.chain_y_m[position],
+            index.chain_radius_m[position],
             within_d2,
         ):
             continue
+        candidate = index.chain_lane[position]
+        endless = index.chain_radius_m[position] == inf
         first_group = index.group_first[layer, candidate]
         last_group = first_group + index.group_count[layer, candidate] - 1
         for group in range(first_group, last_group + 1):
