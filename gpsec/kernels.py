@@ -61,11 +61,19 @@ class Compiled(Generic[P, R]):
 
     @cached_property
     def dispatcher(self) -> Any:
-        """What numba makes of the function."""
+        """What numba makes of the function for Python to call."""
+        return _numba().njit(cache=self._keep, no_cfunc_wrapper=True, **self._options)(self._function)
+
+    @cached_property
+    def part(self) -> Any:
+        """What numba makes of it for other functions to call: without the way in from Python, which costs as much."""
+        return _numba().njit(no_cfunc_wrapper=True, no_cpython_wrapper=True, **self._options)(self._function)
+
+    @property
+    def _options(self) -> dict[str, Any]:
         # Without numba's run time (NRT), code neither allocates nor counts references to arrays. The counts of the some
         # forty arrays of a map, taken again at each branch of a search, made matching three times as slow.
-        options = {"cache": self._keep, "nogil": True, "error_model": "numpy", "_nrt": self._allocates}
-        return _numba().njit(**options)(self._function)
+        return {"nogil": True, "error_model": "numpy", "_nrt": self._allocates}
 
 
 @cache
@@ -76,7 +84,7 @@ def _numba() -> Any:
     from numba.extending import typeof_impl
 
     numba.config.CACHE_DIR = str(_code_folder())
-    typeof_impl.register(Compiled)(lambda function, context: types.Dispatcher(function.dispatcher))
+    typeof_impl.register(Compiled)(lambda function, context: types.Dispatcher(function.part))
     event.register("numba:compile", _compiling())
     return numba
 
