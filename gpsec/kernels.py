@@ -3,15 +3,20 @@
 import hashlib
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from functools import cache, cached_property, update_wrapper
 from pathlib import Path
 from typing import Any, Generic, ParamSpec, TypeVar, cast
+
+import numpy as np
 
 from gpsec.errors import GpsecError
 
 P = ParamSpec("P")
 R = TypeVar("R")
+
+# Where processes that only compile note which kernels are taken; None where kernels are run.
+_claims: Path | None = None
 
 
 def cache_folder() -> Path:
@@ -57,7 +62,21 @@ class Compiled(Generic[P, R]):
 
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
         """Run the machine code."""
+        if _claims is not None and self._keep and self._function.__annotations__.get("return") is None:
+            return cast("R", self._compile_for(args, _claims))
         return cast("R", self.dispatcher(*args, **kwargs))
+
+    def _compile_for(self, args: tuple[Any, ...], claims: Path) -> None:
+        """Compile the function for such arguments unless another process does, and set all flags in them."""
+        types = tuple(self.dispatcher.typeof_pyval(argument) for argument in args)
+        for flags in _flags(args):
+            flags[...] = True
+        name = f"{self._function.__module__}.{self._function.__qualname__}{types}"
+        try:
+            (claims / hashlib.sha256(name.encode()).hexdigest()).touch(exist_ok=False)
+        except FileExistsError:
+            return
+        self.dispatcher.compile(types)
 
     @cached_property
     def dispatcher(self) -> Any:
@@ -74,6 +93,15 @@ class Compiled(Generic[P, R]):
         # Without numba's run time (NRT), code neither allocates nor counts references to arrays. The counts of the some
         # forty arrays of a map, taken again at each branch of a search, made matching three times as slow.
         return {"nogil": True, "error_model": "numpy", "_nrt": self._allocates}
+
+
+def _flags(values: Iterable[Any]) -> Iterator[np.ndarray]:
+    """Yield the arrays of flags among `values` and in the tuples among them."""
+    for value in values:
+        if isinstance(value, tuple):
+            yield from _flags(value)
+        elif isinstance(value, np.ndarray) and value.dtype == np.bool_ and value.flags.writeable:
+            yield value
 
 
 @cache
@@ -94,6 +122,16 @@ def _compiling() -> Any:
     from numba.core import event
 
     return event.TimingListener()
+
+
+def only_compile(claims: Path) -> None:
+    """From now on, let calls of kernels compile them and no more, each in one of the processes that share `claims`.
+
+    What a kernel would fill keeps its values, but flags are set, so that whatever depends on one of them is called as
+    well. Kernels that return something do run, since their callers go on with it.
+    """
+    global _claims
+    _claims = claims
 
 
 def are_compiled() -> bool:

@@ -4,21 +4,21 @@ import os
 import signal
 import sys
 import tempfile
-import threading
 import time
 import traceback
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from multiprocessing import get_context, resource_tracker
+from multiprocessing import get_context
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 from gpsec.errors import GpsecError
 from gpsec.kernels import cache_folder
+from gpsec.processes import ignore_interrupts, redirect_output, start
 from gpsec.progress import DONE, FAILED, Progress
 from gpsec.scenario import Scenario
+from gpsec.warmup import compile_kernels
 
 __all__ = ["Failure", "Outcome", "Progress", "run_scenarios"]
 
@@ -26,10 +26,7 @@ Report = Callable[[Progress], None]
 # Writes the files of one scenario into a folder that exists.
 Run = Callable[[Scenario, Path, Report], None]
 
-# Every scenario has a process; more threads in libraries would only fight over the cores.
-_ONE_THREAD = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMEXPR_NUM_THREADS")
 _REPORT_EVERY_S = 0.1
-_INTERRUPTS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 @dataclass(frozen=True)
@@ -82,6 +79,8 @@ def run_scenarios(
     running: dict[Connection, _Worker] = {}
     done: set[str] = set()
     try:
+        if run is None:
+            compile_kernels(scenarios, work, report)
         while waiting or running:
             while waiting and len(running) < jobs:
                 worker = _start(waiting.pop(0), work, run or _pipeline)
@@ -149,15 +148,14 @@ def _start(scenario: Scenario, work: Path, run: Run) -> _Worker:
     log = work / f".{scenario.name}.log"  # the dot keeps it apart from every scenario
     # Not a daemon: SUMO gets a process of its own below it, which ends when this one is gone.
     process = context.Process(target=_work, args=(run, scenario, work / scenario.name, log, theirs), name=scenario.name)
-    with _deaf_to_interrupts(), _one_thread():
-        process.start()
+    start(process)
     theirs.close()
     return _Worker(scenario, process, ours, log)
 
 
 def _work(run: Run, scenario: Scenario, folder: Path, log: Path, connection: Connection) -> None:
     """Be the process of one scenario."""
-    _redirect_output(log)
+    redirect_output(log)
     scratch = folder.with_name(f".{folder.name}.tmp")
     folder.mkdir()
     scratch.mkdir()
@@ -207,52 +205,3 @@ def _pipeline(scenario: Scenario, folder: Path, report: Report) -> None:
     from gpsec.pipeline.run import run_scenario
 
     run_scenario(scenario, folder, report)
-
-
-def _redirect_output(log: Path) -> None:
-    """Send what SUMO prints to a file: on the terminal it would tear the progress bars."""
-    sys.stdout.flush()
-    sys.stderr.flush()
-    target = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
-    for descriptor in (1, 2):
-        os.dup2(target, descriptor)
-    os.close(target)
-
-
-@contextmanager
-def ignore_interrupts() -> Iterator[None]:
-    """Ignore Ctrl-C and its like for the moment that it takes to finish what is begun."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = {number: signal.signal(number, signal.SIG_IGN) for number in _INTERRUPTS}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-
-
-@contextmanager
-def _deaf_to_interrupts() -> Iterator[None]:
-    """Let a process that is started inherit blocked signals, which are for the parent; ours come when it is over."""
-    resource_tracker.ensure_running()  # it would unblock them if it had to be started later
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, _INTERRUPTS)
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-@contextmanager
-def _one_thread() -> Iterator[None]:
-    before = {name: os.environ.get(name) for name in _ONE_THREAD}
-    os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value

@@ -10,7 +10,8 @@ from rich.console import Console
 from gpsec.console.bars import display
 from gpsec.console.folders import MANIFEST, check_output, publish, resolved, workshop
 from gpsec.errors import GpsecError
-from gpsec.run import Failure, Outcome, Run, ignore_interrupts, run_scenarios
+from gpsec.processes import ignore_interrupts
+from gpsec.run import Failure, Outcome, Run, run_scenarios
 from gpsec.scenario import Scenario, load_scenario
 from gpsec.scenario.overrides import Override
 from gpsec.threads import cores

@@ -12,7 +12,6 @@ from gpsec.arrays import Ints
 from gpsec.attacks.plans import NO_ATTACK
 from gpsec.engine import Method, Stopwatch, Watchers
 from gpsec.errors import GpsecError
-from gpsec.kernels import are_compiled
 from gpsec.outcomes.events import Journey
 from gpsec.outcomes.recorder import Outcomes
 from gpsec.outcomes.steps import StepLog
@@ -61,8 +60,7 @@ def run_scenario(scenario: Scenario, folder: Path, report: Report, start: StartT
 
     """
     began = perf_counter()
-    first = "" if are_compiled() else "kernels are compiled once, so the first steps take up to a minute"
-    report(Progress(scenario.name, stage="loading the net", note=first))
+    report(Progress(scenario.name, stage="loading the net"))
     ground = lay_ground(scenario)
     watchers = make_watchers(scenario, ground)
     with ExitStack() as stack:

@@ -1,0 +1,130 @@
+"""A run in which nothing happens but that every kernel is called: to compile them before they are needed."""
+
+from collections.abc import Collection, Iterator, Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+
+from gpsec.arrays import Ints
+from gpsec.fleet import Measurements, Tracks, Vehicles
+from gpsec.localization.responses import Cells
+from gpsec.pipeline.build import lay_ground, make_localization, make_watchers
+from gpsec.pipeline.run import run_scenario
+from gpsec.scenario import Scenario
+from gpsec.traffic.options import SumoOptions
+from gpsec.traffic.source import Departure, Equip, Frame
+from gpsec.traffic.zones import ZoneShape
+
+# Attacks begin in the second step and end in the third; then everybody leaves.
+STEPS = 4
+VEHICLES = 20
+
+
+class Extras:
+    """Vehicles that stand about; implements `gpsec.pipeline.run.Traffic`.
+
+    Attributes:
+        options: what a simulation would be started with.
+        step_s: length of a step.
+        sumo_s, read_s: 0, there is no simulation.
+        warnings: none.
+
+    """
+
+    def __init__(self, options: SumoOptions, lane_index: Mapping[str, int], equip: Equip) -> None:
+        self.options = options
+        self.step_s = options.step_s
+        self.sumo_s = 0.0
+        self.read_s = 0.0
+        self.warnings: list[str] = []
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        return
+
+    def zones(self, known_keys: Collection[str]) -> list[ZoneShape]:
+        """Return none."""
+        return []
+
+    def frames(self, duration_s: float | None = None) -> Iterator[Frame]:
+        """Yield the steps, whatever the duration."""
+        rows: Ints = np.arange(VEHICLES, dtype=np.int32)
+        for step in range(STEPS):
+            entering = [_extra(row) for row in rows.tolist()] if step == 0 else []
+            left = rows.tolist() if step == STEPS - 1 else []
+            rows = rows[len(left) :]
+            yield Frame(
+                step=step,
+                time_s=self.options.begin_s + (step + 1) * self.step_s,
+                left=left,
+                departures=entering,
+                rows=rows,
+                front_m=np.zeros((len(rows), 2)),
+                lane=np.zeros(len(rows), np.int32),
+                on_road=len(rows),
+            )
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+def _extra(row: int) -> Departure:
+    return Departure(
+        row=row,
+        vehicle_id=f"extra {row}",
+        vehicle_type="",
+        vehicle_class="passenger",
+        length_m=4.5,
+        width_m=1.8,
+        yaw_rad=0.0,
+        speed_mps=0.0,
+        equipped_share=None,
+        sensors=None,
+    )
+
+
+def rehearse(scenario: Scenario, folder: Path) -> None:
+    """Run `scenario` with extras instead of traffic, and write its tables, which mean nothing, into `folder`."""
+    run_scenario(_hurried(scenario), folder, lambda progress: None, Extras)
+    _correct(scenario)
+
+
+def _correct(scenario: Scenario) -> None:
+    """Let every response correct an estimate; no filter of the extras is ever isolated by itself."""
+    ground = lay_ground(scenario)
+    localization = make_localization(scenario, ground.world, make_watchers(scenario, ground).names)
+    first = np.zeros(1, np.int32)
+    cells = Cells(first, first, np.zeros(1, np.bool_))
+    for response in localization.responses:
+        response.correct(
+            cells, localization.new_state(1), Tracks.empty(1), Vehicles.empty(1), Measurements.empty(1), ground.world
+        )
+
+
+def _hurried(scenario: Scenario) -> Scenario:
+    """Return the scenario with attacks on everybody at once."""
+    at_once = {
+        "share": 1.0,
+        "vehicle_types": (),
+        "zone": None,
+        "begin_s": 0.0,
+        "end_s": None,
+        "start_after_s": (0.0, 0.0),
+        "duration_s": (0.1, 0.1),
+    }
+    return scenario.model_copy(
+        update={
+            "engine": "batched",
+            "log_steps": False,
+            "threads": 1,
+            "fleet": scenario.fleet.model_copy(update={"settle_s": 0.0}),
+            "outcomes": scenario.outcomes.model_copy(update={"bootstrap": 2}),
+            "plans": tuple(plan.model_copy(update=at_once) for plan in scenario.plans),
+        }
+    )

@@ -1,0 +1,68 @@
+"""Compiles the kernels before the first run, different ones in several processes at once.
+
+Every process rehearses the same run, in which kernels are only compiled, each by the process that comes to it first.
+Otherwise all scenarios that run at once would compile all of them.
+"""
+
+from collections.abc import Callable, Sequence
+from multiprocessing import get_context
+from pathlib import Path
+
+from gpsec.errors import GpsecError
+from gpsec.kernels import are_compiled, only_compile
+from gpsec.processes import ignore_interrupts, redirect_output, start
+from gpsec.progress import Progress
+from gpsec.scenario import Scenario
+from gpsec.threads import cores
+
+# With more of them, the largest kernel takes as long as all others together.
+_MOST_PROCESSES = 4
+
+
+def compile_kernels(scenarios: Sequence[Scenario], work: Path, report: Callable[[Progress], None]) -> None:
+    """Compile what the first of the scenarios needs that can be run, unless there is code of this version already.
+
+    Whatever goes wrong is left to the runs, which compile what they do not find. `work` is an existing folder for
+    files in the making.
+    """
+    batched = [scenario for scenario in scenarios if scenario.engine == "batched"]
+    if not batched or are_compiled():
+        return
+    note = "kernels are compiled once, which takes up to half a minute"
+    report(Progress(batched[0].name, stage="compiling kernels", note=note))
+    claims = work / ".claims"
+    claims.mkdir()
+    processes = [
+        get_context("spawn").Process(
+            target=_rehearse, args=(batched, work / f".rehearsal-{number}", claims), daemon=True
+        )
+        for number in range(min(cores(), _MOST_PROCESSES))
+    ]
+    try:
+        for process in processes:
+            start(process)
+        for process in processes:
+            process.join()
+    finally:
+        with ignore_interrupts():
+            for process in processes:
+                if process.pid is not None:
+                    process.kill()
+                    process.join()
+
+
+def _rehearse(scenarios: Sequence[Scenario], folder: Path, claims: Path) -> None:
+    """Be one of the processes."""
+    folder.mkdir()
+    redirect_output(folder / ".log")
+    from gpsec.pipeline.rehearsal import rehearse
+
+    only_compile(claims)
+    for scenario in scenarios:
+        tables = folder / scenario.name
+        tables.mkdir()
+        try:
+            rehearse(scenario, tables)
+        except GpsecError:
+            continue
+        return
