@@ -1,6 +1,7 @@
 """The command line: ``python -m benchmarks``."""
 
 import argparse
+import signal
 import sys
 import tempfile
 from pathlib import Path
@@ -29,6 +30,7 @@ EXAMPLES = """examples:
 def main(arguments: list[str] | None = None) -> int:
     """Measure; return the exit status, which does not depend on the figures."""
     options = _parser().parse_args(arguments)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # ends what is running, too
     console = Console(emoji=False)
     wanted = set(options.only or KEYS)
     book = Book(options.out, FIGURES, options.quick)
@@ -66,7 +68,8 @@ def _measure(group: ModuleType, bench: Bench, wanted: set[str], book: Book) -> i
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks",
-        description="Measure what gpsec costs against bare SUMO, in alternating runs; rewrite bench.json as it goes.",
+        description="Measure what gpsec costs against bare SUMO, in alternating runs, for half an hour or more; "
+        "rewrite bench.json as it goes.",
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

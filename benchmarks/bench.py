@@ -67,6 +67,12 @@ class Bench:
         """Return a scenario of the benchmark, with the option that sets it in the city."""
         return SCENARIOS / name, "--set", f"sumocfg={self.city.sumocfg}"
 
+    def recording(self, seconds: float) -> Path:
+        """Record the traffic of the city anew."""
+        target = self.work / "city.npz"
+        self.measure("recording", "benchmarks.crowd", str(self.city.sumocfg), str(seconds), str(target))
+        return target
+
     def evaluate(self, label: str, scenario: Path, *options: str) -> dict[str, Any]:
         """Run a scenario in a process that tells its own memory; see `benchmarks.evaluate`."""
         answer = self.work / "answer.json"

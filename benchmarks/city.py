@@ -47,6 +47,8 @@ class City:
         return BUILT / self.name / f"{self.name}.sumocfg"
 
 
+# 190 lane-km, 85 junctions with signals and 116 with priority. Over the first two minutes 2,425 to 2,516 vehicles at
+# once, at 6.4 m/s on average, a quarter of them standing; one teleport.
 CITY = City("city", 11, demand.Demand(3.1, 2.7, 1200.0, lane_power=0.7), 660)
 SMALL_CITY = City("small_city", 4, demand.Demand(0.7, 0.5, 500.0, lane_power=0.7), 200)
 

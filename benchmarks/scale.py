@@ -17,14 +17,12 @@ QUICK_SECONDS, QUICK_FEW, QUICK_MANY = 2.0, 100, 500
 def measure(bench: Bench, wanted: Collection[str]) -> Iterator[Round]:
     """Yield rounds of few and many vehicles."""
     seconds, few, many = (QUICK_SECONDS, QUICK_FEW, QUICK_MANY) if bench.quick else (SECONDS, FEW, MANY)
-    recording = bench.work / "city.npz"
-    bench.measure("recording", "benchmarks.crowd", str(bench.city.sumocfg), str(seconds), str(recording))
     scenario = bench.in_city("eight_cells")
-    fleet = ("--set", f"duration_s={seconds}", "--set", "outcomes.bootstrap=10", "--recording", str(recording))
-    bench.evaluate("warm-up", *scenario, *fleet, "--vehicles", str(few))
+    fleet = ("--set", f"duration_s={seconds}", "--recording", str(bench.recording(seconds)), "--vehicles")
+    bench.evaluate("warm-up", *scenario, *fleet, str(few))
     for _ in range(bench.runs):
-        some = bench.evaluate(f"{few} vehicles", *scenario, *fleet, "--vehicles", str(few))
-        all_ = bench.evaluate(f"{many} vehicles", *scenario, *fleet, "--vehicles", str(many))
+        some = bench.evaluate(f"{few} vehicles", *scenario, *fleet, str(few))
+        all_ = bench.evaluate(f"{many} vehicles", *scenario, *fleet, str(many))
         costs = {"few_us": security_us(some["manifest"]), "many_us": security_us(all_["manifest"])}
         yield {
             SCALING.key: Sample(costs["many_us"] / costs["few_us"], costs),
