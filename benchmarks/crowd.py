@@ -78,7 +78,6 @@ class Crowd:
             departures=[_copy(who, shift) for shift in shifts for who in frame.departures if who.row < self._kept],
             rows=rows,
             front_m=np.tile(frame.front_m[kept], (self._copies, 1)),
-            speed_mps=np.tile(frame.speed_mps[kept], self._copies),
             lane=np.tile(frame.lane[kept], self._copies),
             on_road=len(rows),
         )
