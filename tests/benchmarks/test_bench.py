@@ -76,7 +76,7 @@ def test_a_crowd_is_as_large_as_asked_and_its_vehicles_are_those_of_the_recordin
         on_road |= {departure.row: departure.vehicle_id for departure in frame.departures}
         assert len(set(on_road.values())) == len(on_road)
         assert frame.rows.tolist() == sorted(on_road)
-        assert len(frame.front_m) == len(frame.speed_mps) == len(frame.lane) == len(frame.rows)
+        assert len(frame.front_m) == len(frame.lane) == len(frame.rows)
         assert len(frame.rows) == pytest.approx(count, rel=0.1)
         if frame.step == 0:
             assert {tuple(front) for front in frame.front_m.tolist()} <= places
