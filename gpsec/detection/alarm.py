@@ -1,14 +1,13 @@
 """When an alarm begins, is held and ends; the same for every detector."""
 
 from dataclasses import dataclass
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 
-from gpsec.arrays import Flags, Ints
+from gpsec.arrays import Flags, Floats, Ints
 from gpsec.fleet import Rows
 from gpsec.kernels import inline
-from gpsec.threads import Threads
 
 # Without a valid residual for longer than this, windows are emptied and warm-up begins again: behind a junction the
 # road has another direction, and the GNSS error another lateral part.
@@ -16,8 +15,6 @@ GAP_S = 1.0
 # Without a score for longer than this, an alarm ends. It outlasts most junctions, so that a vehicle that is being
 # spoofed is not handed back to GNSS inside one; what a false alarm costs there is some seconds of dead reckoning.
 HOLD_S = 5.0
-
-_ALONE = Threads(1)
 
 
 @dataclass
@@ -37,17 +34,37 @@ class AlarmState(Rows):
     @classmethod
     def empty(cls, capacity: int) -> Self:
         """Return `capacity` rows that have seen nothing."""
-        return cls(*_blank_alarm(capacity))
-
-
-def _blank_alarm(capacity: int) -> tuple[Flags, Ints, Ints]:
-    return np.zeros(capacity, np.bool_), np.zeros(capacity, np.int32), np.zeros(capacity, np.int32)
+        return cls(**blank_alarm(capacity))
 
 
 def blank_alarm(capacity: int) -> dict[str, np.ndarray]:
     """Return the fields of `AlarmState` for `capacity` rows, for the constructor of a subclass."""
-    alarm, since_valid, since_scored = _blank_alarm(capacity)
-    return {"alarm": alarm, "since_valid": since_valid, "since_scored": since_scored}
+    return {
+        "alarm": np.zeros(capacity, np.bool_),
+        "since_valid": np.zeros(capacity, np.int32),
+        "since_scored": np.zeros(capacity, np.int32),
+    }
+
+
+class Alarms(NamedTuple):
+    """What a kernel keeps alarms in, and where it answers.
+
+    Attributes:
+        alarm, since_valid, since_scored: (M,) as in `AlarmState`.
+        statistic, scored, answer: (M, K) as in `Verdict`, `answer` being its alarm; only `column` is the kernel's own.
+        column: see `Verdict`.
+        gap_steps, hold_steps: `GAP_S` and `HOLD_S` in steps.
+    """
+
+    alarm: Flags
+    since_valid: Ints
+    since_scored: Ints
+    statistic: Floats
+    scored: Flags
+    answer: Flags
+    column: int
+    gap_steps: int
+    hold_steps: int
 
 
 def steps_in(duration_s: float, step_s: float) -> int:
@@ -55,54 +72,30 @@ def steps_in(duration_s: float, step_s: float) -> int:
     return int(duration_s / step_s + 1e-9)
 
 
-def run_on(threads: Threads | None) -> Threads:
-    """Return `threads`, or the caller's own thread where there are none."""
-    return _ALONE if threads is None else threads
-
-
 @inline
-def gap_before(since_valid: Ints, row: int, gap_steps: int) -> bool:
+def gap_before(alarms: Alarms, row: int) -> bool:
     """Count a valid residual at `row`: return whether the last one is too long ago."""
-    gap = bool(since_valid[row] + 1 > gap_steps)
-    since_valid[row] = 0
+    gap = bool(alarms.since_valid[row] + 1 > alarms.gap_steps)
+    alarms.since_valid[row] = 0
     return gap
 
 
 @inline
-def decide(
-    i: int,
-    row: int,
-    value: float,
-    threshold: float,
-    alarm: Flags,
-    since_scored: Ints,
-    statistic: np.ndarray,
-    scored: Flags,
-    alarms: Flags,
-) -> None:
-    """Record a score for observation `i`: the alarm is on where it is over the threshold, and off where not."""
-    statistic[i] = value
-    scored[i] = True
-    alarm[row] = value > threshold
-    since_scored[row] = 0
-    alarms[i] = alarm[row]
+def decide(alarms: Alarms, row: int, value: float, threshold: float) -> None:
+    """Record a score for `row`: the alarm is on where it is over the threshold, and off where not."""
+    alarms.statistic[row, alarms.column] = value
+    alarms.scored[row, alarms.column] = True
+    alarms.alarm[row] = value > threshold
+    alarms.since_scored[row] = 0
+    alarms.answer[row, alarms.column] = alarms.alarm[row]
 
 
 @inline
-def hold(
-    i: int,
-    row: int,
-    hold_steps: int,
-    alarm: Flags,
-    since_scored: Ints,
-    statistic: np.ndarray,
-    scored: Flags,
-    alarms: Flags,
-) -> None:
-    """Record that observation `i` has no score: an alarm stays for `hold_steps`, then ends."""
-    statistic[i] = 0.0
-    scored[i] = False
-    since_scored[row] += 1
-    if since_scored[row] > hold_steps:
-        alarm[row] = False
-    alarms[i] = alarm[row]
+def hold(alarms: Alarms, row: int) -> None:
+    """Record that `row` has no score: an alarm stays for `hold_steps`, then ends."""
+    alarms.statistic[row, alarms.column] = 0.0
+    alarms.scored[row, alarms.column] = False
+    alarms.since_scored[row] += 1
+    if alarms.since_scored[row] > alarms.hold_steps:
+        alarms.alarm[row] = False
+    alarms.answer[row, alarms.column] = alarms.alarm[row]

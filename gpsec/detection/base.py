@@ -1,18 +1,19 @@
 """What every detector shares. A higher statistic is more anomalous, everywhere."""
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
-from typing import ClassVar
+from collections.abc import Callable
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from gpsec.arrays import Flags, Floats, Ints
-from gpsec.fleet import Rows
+from gpsec.detection.alarm import GAP_S, HOLD_S, Alarms, AlarmState, steps_in
 from gpsec.threads import Threads
 
+_ALONE = Threads(1)
 
-@dataclass(frozen=True)
-class Observation:
+
+class Observation(NamedTuple):
     """What a detector may know in one step: neither truth nor labels. m tracks, or m rows of anything else.
 
     Attributes:
@@ -38,24 +39,30 @@ class Observation:
     step_s: float
 
 
-@dataclass(frozen=True)
-class Verdict:
-    """A detector's answer for the m rows of an observation.
+class Verdict(NamedTuple):
+    """Where a detector puts its answers: column `column` of arrays for M rows and K detectors.
 
     Attributes:
-        statistic: (m,) 0 where not scored.
-        scored: (m,) the statistic is defined in this step (a valid residual, and warm-up is over).
-        alarm: (m,) in alarm after this step; it is held where nothing was scored.
+        statistic: (M, K) 0 where not scored.
+        scored: (M, K) the statistic is defined in this step (a valid residual, and warm-up is over).
+        alarm: (M, K) in alarm after this step; it is held where nothing was scored.
+        column: that of the detector.
     """
 
     statistic: Floats
     scored: Flags
     alarm: Flags
+    column: int
 
     @classmethod
-    def blank(cls, count: int) -> "Verdict":
-        """Return a verdict on `count` rows to be filled in: nothing scored, no alarm."""
-        return cls(np.zeros(count), np.zeros(count, np.bool_), np.zeros(count, np.bool_))
+    def blank(cls, capacity: int) -> "Verdict":
+        """Return a place for the answers of one detector on `capacity` rows: nothing scored, no alarm."""
+        shape = (capacity, 1)
+        return cls(np.zeros(shape), np.zeros(shape, np.bool_), np.zeros(shape, np.bool_), 0)
+
+    def at(self, rows: Ints) -> tuple[Floats, Flags, Flags]:
+        """Return (m,) statistic, scored and alarm of `rows`."""
+        return self.statistic[rows, self.column], self.scored[rows, self.column], self.alarm[rows, self.column]
 
 
 class Detector(ABC):
@@ -64,17 +71,58 @@ class Detector(ABC):
     name: ClassVar[str]
 
     @abstractmethod
-    def new_state(self, capacity: int) -> Rows:
+    def new_state(self, capacity: int) -> AlarmState:
         """Return the detector's arrays for `capacity` rows."""
 
     @abstractmethod
     def update(
-        self, state: Rows, observation: Observation, threshold: Floats, threads: Threads | None = None
-    ) -> Verdict:
-        """Take one step: score the residuals against (m,) thresholds and update `state` at the observed rows.
+        self,
+        state: AlarmState,
+        observation: Observation,
+        threshold: Floats,
+        verdict: Verdict,
+        threads: Threads | None = None,
+    ) -> None:
+        """Take one step: score the residuals against (m,) thresholds; `state` and `verdict` change at observed rows.
 
         The result is the same for any `threads`; without, the caller's own is used.
         """
+
+
+class KernelDetector(Detector):
+    """A detector whose formula is a kernel.
+
+    Attributes:
+        kernel: ``kernel(part, seen, threshold, alarms, *arguments)`` updates the rows of the observation `seen` at the
+            positions `part`.
+    """
+
+    kernel: ClassVar[Callable[..., None]]
+
+    @abstractmethod
+    def arguments(self, state: AlarmState) -> tuple[object, ...]:
+        """Return what the kernel needs of this detector: its parameters, and the arrays of its state."""
+
+    def update(
+        self,
+        state: AlarmState,
+        observation: Observation,
+        threshold: Floats,
+        verdict: Verdict,
+        threads: Threads | None = None,
+    ) -> None:
+        """Hand the observation to the kernel."""
+        alarms = Alarms(
+            state.alarm,
+            state.since_valid,
+            state.since_scored,
+            *verdict,
+            gap_steps=steps_in(GAP_S, observation.step_s),
+            hold_steps=steps_in(HOLD_S, observation.step_s),
+        )
+        positions = np.arange(len(observation.rows), dtype=np.int32)
+        run = (_ALONE if threads is None else threads).run
+        run(self.kernel, positions, observation, threshold, alarms, *self.arguments(state))
 
 
 class LabelledDetector(ABC):
@@ -83,5 +131,5 @@ class LabelledDetector(ABC):
     name: ClassVar[str]
 
     @abstractmethod
-    def update(self, attacked: Flags) -> Verdict:
-        """Answer for m rows of which (m,) `attacked` are under attack in this step."""
+    def update(self, rows: Ints, attacked: Flags, verdict: Verdict) -> None:
+        """Answer for (m,) `rows` of which (m,) `attacked` are under attack in this step."""

@@ -3,10 +3,9 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from gpsec.arrays import Flags, Floats
+from gpsec.arrays import Flags, Floats, Ints
 from gpsec.detection.alarm import AlarmState
 from gpsec.detection.base import Detector, LabelledDetector, Observation, Verdict
-from gpsec.fleet import Rows
 from gpsec.threads import Threads
 
 
@@ -21,12 +20,18 @@ class Never(Detector):
         return AlarmState.empty(capacity)
 
     def update(
-        self, state: Rows, observation: Observation, threshold: Floats, threads: Threads | None = None
-    ) -> Verdict:
+        self,
+        state: AlarmState,
+        observation: Observation,
+        threshold: Floats,
+        verdict: Verdict,
+        threads: Threads | None = None,
+    ) -> None:
         """Score every valid residual with 0; no alarm, whatever the threshold."""
-        verdict = Verdict.blank(len(observation.rows))
-        verdict.scored[:] = observation.valid
-        return verdict
+        at = observation.rows, verdict.column
+        verdict.statistic[at] = 0.0
+        verdict.scored[at] = observation.valid
+        verdict.alarm[at] = False
 
 
 @dataclass(frozen=True)
@@ -35,10 +40,9 @@ class Oracle(LabelledDetector):
 
     name: ClassVar[str] = "oracle"
 
-    def update(self, attacked: Flags) -> Verdict:
+    def update(self, rows: Ints, attacked: Flags, verdict: Verdict) -> None:
         """Score 1 under attack, else 0; every row is scored."""
-        verdict = Verdict.blank(len(attacked))
-        verdict.statistic[:] = attacked
-        verdict.scored[:] = True
-        verdict.alarm[:] = attacked
-        return verdict
+        at = rows, verdict.column
+        verdict.statistic[at] = attacked
+        verdict.scored[at] = True
+        verdict.alarm[at] = attacked

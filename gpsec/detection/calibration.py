@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gpsec.arrays import Flags, Floats
-from gpsec.detection.base import Detector
+from gpsec.detection.base import Detector, Verdict
 from gpsec.detection.learned import Progress, silent
 from gpsec.detection.logs import Grid, ResidualLog
 from gpsec.threads import Threads
@@ -75,6 +75,7 @@ def replay(
     """Run a detector over a grid exactly as in the loop, once for each of C thresholds."""
     copies, vehicles = len(thresholds), len(grid.length)
     state = detector.new_state(copies * vehicles)
+    verdict = Verdict.blank(copies * vehicles)
     before: Flags = np.zeros(copies * vehicles, np.bool_)
     settle_steps = round(settle_s / grid.step_s)
     scored, alarmed, onsets, samples = (np.zeros(copies) for _ in range(4))
@@ -82,15 +83,16 @@ def replay(
     for step in range(len(grid.valid)):
         observation = grid.observe(step, copies)
         m = grid.active(step)
-        verdict = detector.update(state, observation, np.repeat(np.asarray(thresholds, np.float64), m), threads)
+        detector.update(state, observation, np.repeat(np.asarray(thresholds, np.float64), m), verdict, threads)
+        statistic, hit, alarm = verdict.at(observation.rows)
         if step >= settle_steps:
             samples += m
-            by_copy = verdict.scored.reshape(copies, m), verdict.alarm.reshape(copies, m)
+            by_copy = hit.reshape(copies, m), alarm.reshape(copies, m)
             scored += by_copy[0].sum(axis=1)
             alarmed += (by_copy[0] & by_copy[1]).sum(axis=1)
-            onsets += (verdict.alarm & ~before[observation.rows]).reshape(copies, m).sum(axis=1)
-            values.append(verdict.statistic[:m][verdict.scored[:m]])
-        before[observation.rows] = verdict.alarm
+            onsets += (alarm & ~before[observation.rows]).reshape(copies, m).sum(axis=1)
+            values.append(statistic[:m][hit[:m]])
+        before[observation.rows] = alarm
     return Replay(scored, alarmed, onsets, samples * grid.step_s / 3600.0, np.concatenate([np.zeros(0), *values]))
 
 

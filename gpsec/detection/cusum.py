@@ -2,28 +2,17 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from math import exp, sqrt
-from typing import ClassVar, Self, cast
+from typing import ClassVar, NamedTuple, Self, cast
 
 import numpy as np
 
-from gpsec.arrays import Flags, Floats, Ints
-from gpsec.detection.alarm import (
-    GAP_S,
-    HOLD_S,
-    AlarmState,
-    blank_alarm,
-    decide,
-    gap_before,
-    hold,
-    run_on,
-    steps_in,
-)
-from gpsec.detection.base import Detector, Observation, Verdict
+from gpsec.arrays import Floats, Ints
+from gpsec.detection.alarm import Alarms, AlarmState, blank_alarm, decide, gap_before, hold
+from gpsec.detection.base import KernelDetector, Observation
 from gpsec.detection.learned import Learned, scalars
-from gpsec.fleet import Rows
 from gpsec.kernels import inline, kernel
-from gpsec.threads import Threads
 
 
 @dataclass
@@ -52,8 +41,82 @@ class CusumState(AlarmState):
         )
 
 
+@inline
+def innovate(
+    z: float, decay: float, white: float, slow: float, level: float, variance: float
+) -> tuple[float, float, float, float, float]:
+    """Return (predicted level, its relative variance, innovation, its variance, gain) of the scalar Kalman filter.
+
+    The level decays by `decay` since the last sample; `variance` is relative to the stationary slow².
+    """
+    level = decay * level
+    variance = decay * decay * variance + (1.0 - decay * decay)
+    spread = slow * slow * variance + white * white
+    return level, variance, z - level, spread, slow * slow * variance / spread
+
+
+class Settings(NamedTuple):
+    """The numbers of a `Cusum`; (P,) arrays for P profiles."""
+
+    white: Floats
+    slow: Floats
+    tau_s: Floats
+    slack: float
+    clip: float
+    reach: float
+    plausible: float
+    margin: float
+
+
+@kernel
+def _update(
+    part: Ints,
+    seen: Observation,
+    threshold: Floats,
+    alarms: Alarms,
+    settings: Settings,
+    level: Floats,
+    variance: Floats,
+    up: Floats,
+    down: Floats,
+) -> None:
+    known_s, known, decay = -1.0, -1, 0.0
+    for i in part:
+        row = seen.rows[i]
+        if not seen.valid[i]:
+            alarms.since_valid[row] += 1
+            hold(alarms, row)
+            continue
+        p = seen.profile[i]
+        white, slow = settings.white[p], settings.slow[p]
+        elapsed_s = (alarms.since_valid[row] + 1) * seen.step_s
+        if gap_before(alarms, row):
+            level[row], variance[row] = 0.0, 1.0
+            # An alarm that is held over the gap goes on until ordinary samples end it.
+            if not alarms.alarm[row]:
+                up[row], down[row] = 0.0, 0.0
+        z = seen.residual_m[i] / seen.scale_m[i]
+        if elapsed_s != known_s or p != known:  # as a rule, one step has passed
+            known_s, known, decay = elapsed_s, p, exp(-elapsed_s / settings.tau_s[p])
+        predicted, spread, innovation, innovation_variance, gain = innovate(
+            z, decay, white, slow, level[row], variance[row]
+        )
+        e = min(max(innovation / sqrt(innovation_variance), -settings.clip), settings.clip)
+        plus = max(0.0, up[row] + e - settings.slack)
+        minus = max(0.0, down[row] - e - settings.slack)
+        decide(alarms, row, max(plus, minus), threshold[i])
+        cap = threshold[i] + settings.margin * settings.slack
+        up[row], down[row] = min(plus, cap), min(minus, cap)
+        if alarms.alarm[row] and abs(z) > settings.plausible * sqrt(white * white + slow * slow):
+            level[row], variance[row] = predicted, spread
+        else:
+            bound = settings.reach * slow
+            level[row] = min(max(predicted + gain * innovation, -bound), bound)
+            variance[row] = (1.0 - gain) * spread
+
+
 @dataclass(frozen=True)
-class Cusum(Detector):
+class Cusum(KernelDetector):
     """Page's cumulative sums of what a filter of the slow GNSS error did not expect.
 
     The normalised residual is taken as white noise (σ_w) on a first-order Gauss–Markov process (σ_b, τ); a scalar
@@ -79,6 +142,7 @@ class Cusum(Detector):
     """
 
     name: ClassVar[str] = "cusum"
+    kernel = _update
     white: tuple[float, ...]
     slow: tuple[float, ...]
     tau_s: tuple[float, ...]
@@ -97,24 +161,10 @@ class Cusum(Detector):
         """Return the detector's arrays for `capacity` rows."""
         return CusumState.empty(capacity)
 
-    def update(
-        self, state: Rows, observation: Observation, threshold: Floats, threads: Threads | None = None
-    ) -> Verdict:
-        """Take one step."""
-        own = cast("CusumState", state)
-        verdict = Verdict.blank(len(observation.rows))
-        run_on(threads).run(
-            _update,
-            np.arange(len(observation.rows), dtype=np.int32),
-            observation.rows,
-            observation.profile,
-            observation.residual_m,
-            observation.valid,
-            observation.scale_m,
-            threshold,
-            observation.step_s,
-            steps_in(GAP_S, observation.step_s),
-            steps_in(HOLD_S, observation.step_s),
+    @cached_property
+    def settings(self) -> Settings:
+        """The numbers as the kernel reads them."""
+        return Settings(
             np.asarray(self.white),
             np.asarray(self.slow),
             np.asarray(self.tau_s),
@@ -123,92 +173,9 @@ class Cusum(Detector):
             self.reach,
             self.plausible,
             self.margin,
-            own.level,
-            own.variance,
-            own.up,
-            own.down,
-            own.alarm,
-            own.since_valid,
-            own.since_scored,
-            verdict.statistic,
-            verdict.scored,
-            verdict.alarm,
         )
-        return verdict
 
-
-@inline
-def innovate(
-    z: float, decay: float, white: float, slow: float, level: float, variance: float
-) -> tuple[float, float, float, float, float]:
-    """Return (predicted level, its relative variance, innovation, its variance, gain) of the scalar Kalman filter.
-
-    The level decays by `decay` since the last sample; `variance` is relative to the stationary slow².
-    """
-    level = decay * level
-    variance = decay * decay * variance + (1.0 - decay * decay)
-    spread = slow * slow * variance + white * white
-    return level, variance, z - level, spread, slow * slow * variance / spread
-
-
-@kernel
-def _update(
-    part: Ints,
-    rows: Ints,
-    profile: Ints,
-    residual_m: Floats,
-    valid: Flags,
-    scale_m: Floats,
-    threshold: Floats,
-    step_s: float,
-    gap_steps: int,
-    hold_steps: int,
-    white: Floats,
-    slow: Floats,
-    tau_s: Floats,
-    slack: float,
-    clip: float,
-    reach: float,
-    plausible: float,
-    margin: float,
-    level: Floats,
-    variance: Floats,
-    up: Floats,
-    down: Floats,
-    alarm: Flags,
-    since_valid: Ints,
-    since_scored: Ints,
-    statistic: Floats,
-    scored: Flags,
-    alarms: Flags,
-) -> None:
-    for i in part:
-        row = rows[i]
-        if not valid[i]:
-            since_valid[row] += 1
-            hold(i, row, hold_steps, alarm, since_scored, statistic, scored, alarms)
-            continue
-        p = profile[i]
-        elapsed_s = (since_valid[row] + 1) * step_s
-        if gap_before(since_valid, row, gap_steps):
-            level[row], variance[row] = 0.0, 1.0
-            # An alarm that is held over the gap goes on until ordinary samples end it.
-            if not alarm[row]:
-                up[row], down[row] = 0.0, 0.0
-        z = residual_m[i] / scale_m[i]
-        decay = exp(-elapsed_s / tau_s[p])
-        predicted, spread, innovation, innovation_variance, gain = innovate(
-            z, decay, white[p], slow[p], level[row], variance[row]
-        )
-        e = min(max(innovation / sqrt(innovation_variance), -clip), clip)
-        plus = max(0.0, up[row] + e - slack)
-        minus = max(0.0, down[row] - e - slack)
-        decide(i, row, max(plus, minus), threshold[i], alarm, since_scored, statistic, scored, alarms)
-        cap = threshold[i] + margin * slack
-        up[row], down[row] = min(plus, cap), min(minus, cap)
-        if alarm[row] and abs(z) > plausible * sqrt(white[p] * white[p] + slow[p] * slow[p]):
-            level[row], variance[row] = predicted, spread
-        else:
-            bound = reach * slow[p]
-            level[row] = min(max(predicted + gain * innovation, -bound), bound)
-            variance[row] = (1.0 - gain) * spread
+    def arguments(self, state: AlarmState) -> tuple[object, ...]:
+        """Return what the kernel needs beside the observation."""
+        own = cast("CusumState", state)
+        return self.settings, own.level, own.variance, own.up, own.down

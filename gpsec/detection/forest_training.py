@@ -42,7 +42,7 @@ def _describe_all(residual: Floats) -> Floats32:
     count = np.zeros(1, np.int32)
     for t in range(len(residual)):
         if push(window, count, 0, residual[t]):
-            describe(window, count, 0, features[t - WINDOW + 1])
+            describe(window, count, 0, features, t - WINDOW + 1)
     return features
 
 

@@ -7,25 +7,14 @@ from typing import ClassVar, Self, cast
 
 import numpy as np
 
-from gpsec.arrays import Flags, Floats, Floats32, Ints
-from gpsec.detection.alarm import (
-    GAP_S,
-    HOLD_S,
-    AlarmState,
-    blank_alarm,
-    decide,
-    gap_before,
-    hold,
-    run_on,
-    steps_in,
-)
-from gpsec.detection.base import Detector, Observation, Verdict
-from gpsec.detection.forest import Forest, join, score_one
+from gpsec.arrays import Floats, Floats32, Ints
+from gpsec.detection.alarm import Alarms, AlarmState, blank_alarm, decide, gap_before, hold
+from gpsec.detection.base import KernelDetector, Observation
+from gpsec.detection.blocks import choose
+from gpsec.detection.forest import BLOCK, WIDTH, Forest, Walkers, join, walk
 from gpsec.detection.learned import Learned
 from gpsec.detection.ring import push
-from gpsec.fleet import Rows
 from gpsec.kernels import allocating_kernel, inline
-from gpsec.threads import Threads
 
 # Samples in a window, and the features made of it.
 WINDOW = 4
@@ -55,8 +44,52 @@ class IsolationForestState(AlarmState):
         )
 
 
+@inline
+def describe(window: Floats, count: Ints, row: int, features: Floats32, n: int) -> None:
+    """Fill in the features of the full ring of `row`: `features[n]`."""
+    total = 0.0
+    for j in range(WINDOW):
+        # From the oldest to the newest, so that the sum does not depend on where the ring begins.
+        total += window[row, (count[row] + j) % WINDOW]
+    side = -1.0 if total < 0.0 else 1.0
+    for j in range(WINDOW):
+        features[n, j] = min(max(side * window[row, (count[row] + j) % WINDOW], -_LIMIT), _LIMIT)
+    features[n, WINDOW] = min(side * total / WINDOW, _LIMIT)
+
+
+@allocating_kernel
+def _update(
+    part: Ints, seen: Observation, threshold: Floats, alarms: Alarms, forest: Forest, window: Floats, count: Ints
+) -> None:
+    full = np.empty(BLOCK, np.bool_)
+    chosen = np.empty(BLOCK, np.int32)
+    walkers = Walkers(np.empty((BLOCK, WIDTH), np.float32), np.empty(BLOCK, np.uint32), np.empty(BLOCK))
+    for start in range(0, len(part), BLOCK):
+        block = part[start : start + BLOCK]
+        for n in range(len(block)):
+            i = block[n]
+            row = seen.rows[i]
+            full[n] = False
+            if seen.valid[i]:
+                if gap_before(alarms, row):
+                    count[row] = 0
+                full[n] = push(window, count, row, seen.residual_m[i] / seen.scale_m[i])
+            else:
+                alarms.since_valid[row] += 1
+            if not full[n]:
+                hold(alarms, row)
+        for profile in range(len(forest.scale)):
+            ready = choose(chosen, block, full, seen.profile, profile)
+            for n in range(ready):
+                describe(window, count, seen.rows[chosen[n]], walkers.features, n)
+            walk(forest, profile, walkers, ready)
+            for n in range(ready):
+                i = chosen[n]
+                decide(alarms, seen.rows[i], walkers.score[n], threshold[i])
+
+
 @dataclass(frozen=True)
-class IsolationForest(Detector):
+class IsolationForest(KernelDetector):
     """How few random cuts isolate a window of residuals from benign ones (Liu, Ting and Zhou, ICDM 2008).
 
     The features are the last w normalised residuals, oldest first, and their mean, all with the sign that makes the
@@ -67,6 +100,7 @@ class IsolationForest(Detector):
     """
 
     name: ClassVar[str] = "isolation_forest"
+    kernel = _update
     learned: tuple[Learned, ...]
 
     @classmethod
@@ -85,83 +119,7 @@ class IsolationForest(Detector):
         """Return the detector's arrays for `capacity` rows."""
         return IsolationForestState.empty(capacity)
 
-    def update(
-        self, state: Rows, observation: Observation, threshold: Floats, threads: Threads | None = None
-    ) -> Verdict:
-        """Take one step."""
+    def arguments(self, state: AlarmState) -> tuple[object, ...]:
+        """Return what the kernel needs beside the observation."""
         own = cast("IsolationForestState", state)
-        verdict = Verdict.blank(len(observation.rows))
-        run_on(threads).run(
-            _update,
-            np.arange(len(observation.rows), dtype=np.int32),
-            observation.rows,
-            observation.profile,
-            observation.residual_m,
-            observation.valid,
-            observation.scale_m,
-            threshold,
-            steps_in(GAP_S, observation.step_s),
-            steps_in(HOLD_S, observation.step_s),
-            self.forest,
-            own.window,
-            own.count,
-            own.alarm,
-            own.since_valid,
-            own.since_scored,
-            verdict.statistic,
-            verdict.scored,
-            verdict.alarm,
-        )
-        return verdict
-
-
-@inline
-def describe(window: Floats, count: Ints, row: int, features: Floats32) -> None:
-    """Fill in the (F,) features of the full ring of `row`."""
-    total = 0.0
-    for j in range(WINDOW):
-        # From the oldest to the newest, so that the sum does not depend on where the ring begins.
-        total += window[row, (count[row] + j) % WINDOW]
-    side = -1.0 if total < 0.0 else 1.0
-    for j in range(WINDOW):
-        features[j] = min(max(side * window[row, (count[row] + j) % WINDOW], -_LIMIT), _LIMIT)
-    features[WINDOW] = min(side * total / WINDOW, _LIMIT)
-
-
-@allocating_kernel
-def _update(
-    part: Ints,
-    rows: Ints,
-    profile: Ints,
-    residual_m: Floats,
-    valid: Flags,
-    scale_m: Floats,
-    threshold: Floats,
-    gap_steps: int,
-    hold_steps: int,
-    forest: Forest,
-    window: Floats,
-    count: Ints,
-    alarm: Flags,
-    since_valid: Ints,
-    since_scored: Ints,
-    statistic: Floats,
-    scored: Flags,
-    alarms: Flags,
-) -> None:
-    features = np.empty(len(FEATURES), np.float32)
-    for i in part:
-        row = rows[i]
-        full = False
-        if valid[i]:
-            if gap_before(since_valid, row, gap_steps):
-                count[row] = 0
-            full = push(window, count, row, residual_m[i] / scale_m[i])
-        else:
-            since_valid[row] += 1
-        if full:
-            describe(window, count, row, features)
-            value = score_one(forest, profile[i], features)
-            decide(i, row, value, threshold[i], alarm, since_scored, statistic, scored, alarms)
-        else:
-            hold(i, row, hold_steps, alarm, since_scored, statistic, scored, alarms)
+        return self.forest, own.window, own.count

@@ -3,52 +3,23 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar, NamedTuple, Self, cast
+from typing import ClassVar, Self, cast
 
 import numpy as np
 
-from gpsec.arrays import Flags, Floats, Floats32, Ints
-from gpsec.detection.alarm import (
-    GAP_S,
-    HOLD_S,
-    AlarmState,
-    blank_alarm,
-    decide,
-    gap_before,
-    hold,
-    run_on,
-    steps_in,
-)
-from gpsec.detection.base import Detector, Observation, Verdict
+from gpsec.arrays import Floats, Floats32, Ints
+from gpsec.detection.alarm import Alarms, AlarmState, blank_alarm, decide, gap_before, hold
+from gpsec.detection.base import KernelDetector, Observation
+from gpsec.detection.blocks import choose
 from gpsec.detection.learned import Learned, part
-from gpsec.detection.lstm_cell import step_cell
+from gpsec.detection.lstm_cell import BLOCK, GATES, HIDDEN, INPUTS, Network, Step, for_falling, predict
 from gpsec.detection.ring import mean, push
 from gpsec.errors import GpsecError
-from gpsec.fleet import Rows
 from gpsec.kernels import allocating_kernel, inline
-from gpsec.threads import Threads
 
-HIDDEN = 32
-INPUTS = ("last residual", "curvature", "speed", "camera sigma")
 # The network sees the residual up to this many scales: what it may take for a slow error of GNSS is bounded, so a
 # spoofed fix that drifts away slowly outruns it.
 CLIP = 1.5
-
-
-class Network(NamedTuple):
-    """The weights of P profiles.
-
-    Attributes:
-        weight: (P, K + H, 4H) of inputs, then hidden units; gates in the order i, f, g, o.
-        bias: (P, 4H).
-        head: (P, H) of the prediction.
-        offset: (P,) of the prediction.
-    """
-
-    weight: Floats32
-    bias: Floats32
-    head: Floats32
-    offset: Floats32
 
 
 @dataclass
@@ -83,8 +54,82 @@ class LstmState(AlarmState):
         )
 
 
+@inline
+def fill_inputs(inputs: Floats32, n: int, fed: float, seen: Observation, i: int) -> None:
+    """Fill in the network's inputs of observation `i`, each of the order of 1: the first K of `inputs[n]`."""
+    inputs[n, 0] = min(max(fed, -CLIP), CLIP)
+    inputs[n, 1] = min(max(40.0 * seen.curvature_per_m[i], -4.0), 4.0)
+    inputs[n, 2] = min(0.05 * seen.speed_mps[i], 4.0)
+    inputs[n, 3] = min(seen.camera_sigma_m[i] / seen.scale_m[i], 4.0)
+
+
+@allocating_kernel
+def _update(
+    part: Ints,
+    seen: Observation,
+    threshold: Floats,
+    alarms: Alarms,
+    patience: int,
+    network: Network,
+    hidden: Floats32,
+    cell: Floats32,
+    fed: Floats32,
+    square: Floats,
+    count: Ints,
+    distrust: Ints,
+) -> None:
+    step = Step(
+        np.empty(BLOCK, np.int32),
+        np.empty((BLOCK, len(INPUTS) + HIDDEN), np.float32),
+        np.empty((BLOCK, GATES), np.float32),
+        np.empty((BLOCK, HIDDEN), np.float32),
+        np.empty(BLOCK, np.float32),
+    )
+    due = np.empty(BLOCK, np.bool_)
+    chosen = np.empty(BLOCK, np.int32)
+    for start in range(0, len(part), BLOCK):
+        block = part[start : start + BLOCK]
+        for n in range(len(block)):
+            i = block[n]
+            row = seen.rows[i]
+            due[n] = seen.valid[i]
+            if not due[n]:
+                alarms.since_valid[row] += 1
+                hold(alarms, row)
+            elif gap_before(alarms, row):
+                hidden[row] = 0.0
+                cell[row] = 0.0
+                fed[row] = 0.0
+                count[row] = 0
+                # The alarm may still be held; the next score decides whether it is trusted again.
+                distrust[row] = 0
+        for profile in range(len(network.offset)):
+            ready = choose(chosen, block, due, seen.profile, profile)
+            for n in range(ready):
+                i = chosen[n]
+                step.row[n] = seen.rows[i]
+                fill_inputs(step.inputs, n, fed[step.row[n]], seen, i)
+            predict(step, ready, network, profile, hidden, cell)
+            for n in range(ready):
+                i, row, prediction = chosen[n], step.row[n], step.prediction[n]
+                z = seen.residual_m[i] / seen.scale_m[i]
+                error = z - prediction
+                if push(square, count, row, error * error):
+                    decide(alarms, row, mean(square, row), threshold[i])
+                else:
+                    hold(alarms, row)
+                believed = min(max(z, -CLIP), CLIP)
+                if alarms.alarm[row]:
+                    distrust[row] = patience
+                if distrust[row] > 0 and abs(z) > abs(prediction):
+                    believed = prediction
+                if distrust[row] > 0 and not alarms.alarm[row]:
+                    distrust[row] -= 1
+                fed[row] = believed
+
+
 @dataclass(frozen=True)
-class Lstm(Detector):
+class Lstm(KernelDetector):
     """Mean squared error of an LSTM's prediction of the residual: ξ = (1/n)·Σ ((z - ẑ)/scale)² (Eq 10).
 
     The prediction for this step is made of the residuals before it and of the curvature, the speed and the camera's
@@ -100,6 +145,7 @@ class Lstm(Detector):
     """
 
     name: ClassVar[str] = "lstm"
+    kernel = _update
     learned: tuple[Learned, ...]
     window: int = 2
     distrust: int = 5
@@ -125,123 +171,27 @@ class Lstm(Detector):
             for array in arrays:
                 if array.shape != shape:
                     raise GpsecError(f"model array '{key}' of the LSTM: expected shape {shape}, found {array.shape}")
-            stacks.append(cast("Floats32", np.stack(arrays)))
-        return Network(*stacks)
+            stacks.append(_aligned(arrays))
+        network = Network(*stacks)
+        for_falling(network.weight)
+        for_falling(network.bias)
+        return network
 
     def new_state(self, capacity: int) -> LstmState:
         """Return the detector's arrays for `capacity` rows."""
         return LstmState.empty(capacity, self.window)
 
-    def update(
-        self, state: Rows, observation: Observation, threshold: Floats, threads: Threads | None = None
-    ) -> Verdict:
-        """Take one step."""
+    def arguments(self, state: AlarmState) -> tuple[object, ...]:
+        """Return what the kernel needs beside the observation."""
         own = cast("LstmState", state)
-        verdict = Verdict.blank(len(observation.rows))
-        run_on(threads).run(
-            _update,
-            np.arange(len(observation.rows), dtype=np.int32),
-            observation.rows,
-            observation.profile,
-            observation.residual_m,
-            observation.valid,
-            observation.scale_m,
-            observation.speed_mps,
-            observation.curvature_per_m,
-            observation.camera_sigma_m,
-            threshold,
-            steps_in(GAP_S, observation.step_s),
-            steps_in(HOLD_S, observation.step_s),
-            self.distrust,
-            self.network,
-            own.hidden,
-            own.cell,
-            own.fed,
-            own.square,
-            own.count,
-            own.distrust,
-            own.alarm,
-            own.since_valid,
-            own.since_scored,
-            verdict.statistic,
-            verdict.scored,
-            verdict.alarm,
-        )
-        return verdict
+        return self.distrust, self.network, own.hidden, own.cell, own.fed, own.square, own.count, own.distrust
 
 
-@inline
-def fill_inputs(
-    inputs: Floats32, fed: float, curvature_per_m: float, speed_mps: float, camera_sigma_m: float, scale_m: float
-) -> None:
-    """Fill in the network's (K,) inputs, each of the order of 1."""
-    inputs[0] = min(max(fed, -CLIP), CLIP)
-    inputs[1] = min(max(40.0 * curvature_per_m, -4.0), 4.0)
-    inputs[2] = min(0.05 * speed_mps, 4.0)
-    inputs[3] = min(camera_sigma_m / scale_m, 4.0)
-
-
-@allocating_kernel
-def _update(
-    part: Ints,
-    rows: Ints,
-    profile: Ints,
-    residual_m: Floats,
-    valid: Flags,
-    scale_m: Floats,
-    speed_mps: Floats,
-    curvature_per_m: Floats,
-    camera_sigma_m: Floats,
-    threshold: Floats,
-    gap_steps: int,
-    hold_steps: int,
-    patience: int,
-    network: Network,
-    hidden: Floats32,
-    cell: Floats32,
-    fed: Floats32,
-    square: Floats,
-    count: Ints,
-    distrust: Ints,
-    alarm: Flags,
-    since_valid: Ints,
-    since_scored: Ints,
-    statistic: Floats,
-    scored: Flags,
-    alarms: Flags,
-) -> None:
-    inputs = np.empty(len(INPUTS), np.float32)
-    gates = np.empty(network.bias.shape[1], np.float32)
-    for i in part:
-        row = rows[i]
-        if not valid[i]:
-            since_valid[row] += 1
-            hold(i, row, hold_steps, alarm, since_scored, statistic, scored, alarms)
-            continue
-        if gap_before(since_valid, row, gap_steps):
-            hidden[row] = 0.0
-            cell[row] = 0.0
-            fed[row] = 0.0
-            count[row] = 0
-            # The alarm may still be held; the next score decides whether it is trusted again.
-            distrust[row] = 0
-        p = profile[i]
-        fill_inputs(inputs, fed[row], curvature_per_m[i], speed_mps[i], camera_sigma_m[i], scale_m[i])
-        step_cell(inputs, hidden[row], cell[row], network.weight[p], network.bias[p], gates)
-        prediction = network.offset[p]
-        for j in range(hidden.shape[1]):
-            prediction += network.head[p, j] * hidden[row, j]
-        z = residual_m[i] / scale_m[i]
-        error = z - prediction
-        if push(square, count, row, error * error):
-            decide(i, row, mean(square, row), threshold[i], alarm, since_scored, statistic, scored, alarms)
-        else:
-            hold(i, row, hold_steps, alarm, since_scored, statistic, scored, alarms)
-        believed = min(max(z, -CLIP), CLIP)
-        if alarm[row]:
-            distrust[row] = patience
-        if distrust[row] > 0 and abs(z) > abs(prediction):
-            believed = prediction
-        if distrust[row] > 0 and not alarm[row]:
-            distrust[row] -= 1
-        fed[row] = believed
+def _aligned(arrays: Sequence[Floats32]) -> Floats32:
+    """Return copies of arrays of one shape as one, from the start of a cache line on: no vector spans two of them."""
+    stack = np.stack(arrays)
+    room = np.empty(stack.size + 16, np.float32)
+    first = -room.ctypes.data % 64 // 4
+    aligned = room[first : first + stack.size].reshape(stack.shape)
+    aligned[:] = stack
+    return aligned

@@ -3,12 +3,25 @@
 Weights of all profiles lie in one array, so a batch may mix them. Every row is computed on its own in a fixed order of
 operations without fused multiply-add, so its bits depend neither on the batch nor on the number of threads, and, as
 the exponential below is made of exactly rounded operations, not on the processor either.
+
+A block of rows takes each stage of the step together: a sigmoid is a long chain of operations, and a processor is only
+busy where it has many of them to do.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
-from gpsec.arrays import Floats32
+from gpsec.arrays import Floats32, Ints
 from gpsec.kernels import inline
+
+HIDDEN = 32
+# What the network is told in a step; a multiple of 4, as is HIDDEN.
+INPUTS = ("last residual", "curvature", "speed", "camera sigma")
+# Rows that take a step together.
+BLOCK = 64
+GATES = 4 * HIDDEN
+_K = len(INPUTS)
 
 _LOG2_E = np.float32(1.4426950408889634)
 # ln 2 in two parts: the first has few enough bits that its product with a small integer is exact.
@@ -43,53 +56,106 @@ def exp32(x: np.float32) -> np.float32:
 
 
 @inline
-def sigmoid32(x: np.float32) -> np.float32:
-    """Return 1 / (1 + e**-x)."""
-    return _ONE / (_ONE + exp32(-x))
+def falling32(x: np.float32) -> np.float32:
+    """Return 1 / (1 + e**x): the sigmoid of -x."""
+    return _ONE / (_ONE + exp32(x))
+
+
+def for_falling(gates: Floats32) -> None:
+    """Make weights or biases (…, 4H) such that all gates are `falling32` of their sum.
+
+    They change sign, and those of g are doubled besides, since tanh(x) = 2·sigmoid(2x) - 1. Neither touches a digit.
+    """
+    gates *= -_ONE
+    gates[..., 2 * HIDDEN : 3 * HIDDEN] *= _TWO
+
+
+class Network(NamedTuple):
+    """The weights of P profiles, for K inputs and H hidden units.
+
+    Attributes:
+        weight: (P, K + H, 4H) of inputs, then hidden units, gates in torch's order i, f, g, o; see `for_falling`.
+        bias: (P, 4H), likewise.
+        head: (P, H) of the prediction.
+        offset: (P,) of the prediction.
+    """
+
+    weight: Floats32
+    bias: Floats32
+    head: Floats32
+    offset: Floats32
+
+
+class Step(NamedTuple):
+    """Up to `BLOCK` rows that take a step.
+
+    Attributes:
+        row: (BLOCK,) of the state.
+        inputs: (BLOCK, K + H) of the network, the last H being its hidden units.
+        gates: (BLOCK, 4H) scratch.
+        bent: (BLOCK, H) scratch.
+        prediction: (BLOCK,) result.
+    """
+
+    row: Ints
+    inputs: Floats32
+    gates: Floats32
+    bent: Floats32
+    prediction: Floats32
 
 
 @inline
-def _accumulate(gates: Floats32, weight: Floats32, vector: Floats32) -> None:
-    """Add vector @ weight to gates, four terms at a time so that the sums stay in registers."""
-    for k in range(0, len(vector), 4):
-        a, b, c, d = vector[k], vector[k + 1], vector[k + 2], vector[k + 3]
-        for j in range(len(gates)):
-            gates[j] = (((gates[j] + weight[k, j] * a) + weight[k + 1, j] * b) + weight[k + 2, j] * c) + weight[
-                k + 3, j
-            ] * d
+def _sum_gates(step: Step, count: int, network: Network, profile: int) -> None:
+    """Set gates to bias + inputs @ weight, four terms at a time so that the sums stay in registers."""
+    gates, inputs, weight = step.gates, step.inputs, network.weight
+    for n in range(count):
+        for j in range(GATES):
+            gates[n, j] = network.bias[profile, j]
+        for k in range(0, _K + HIDDEN, 4):
+            a, b, c, d = inputs[n, k], inputs[n, k + 1], inputs[n, k + 2], inputs[n, k + 3]
+            for j in range(GATES):
+                gates[n, j] = (
+                    ((gates[n, j] + weight[profile, k, j] * a) + weight[profile, k + 1, j] * b)
+                    + weight[profile, k + 2, j] * c
+                ) + weight[profile, k + 3, j] * d
 
 
 @inline
-def step_cell(
-    inputs: Floats32,
-    hidden: Floats32,
-    cell: Floats32,
-    weight: Floats32,
-    bias: Floats32,
-    gates: Floats32,
-) -> None:
-    """Advance one row: Hochreiter and Schmidhuber's LSTM with forget gate, gates in torch's order i, f, g, o.
+def predict(step: Step, count: int, network: Network, profile: int, hidden: Floats32, cell: Floats32) -> None:
+    """Let the first `count` rows of a block take a step: Hochreiter and Schmidhuber's LSTM with forget gate.
 
     Args:
-        inputs: (K,) of this step; K and H are multiples of 4.
-        hidden: (H,) state, overwritten.
-        cell: (H,) state, overwritten.
-        weight: (K + H, 4H) of inputs, then hidden.
-        bias: (4H,).
-        gates: (4H,) scratch.
+        step: rows and the first K inputs are given; the predictions are filled in.
+        count: how many of them.
+        network: of all profiles.
+        profile: that of all these rows.
+        hidden: (M, H) state, overwritten.
+        cell: (M, H) state, overwritten.
     """
-    size = len(hidden)
-    for j in range(4 * size):
-        gates[j] = bias[j]
-    _accumulate(gates, weight[: len(inputs)], inputs)
-    _accumulate(gates, weight[len(inputs) :], hidden)
-    # tanh(x) = 2·sigmoid(2x) - 1 lets one loop serve all gates.
-    for j in range(2 * size, 3 * size):
-        gates[j] *= _TWO
-    for j in range(4 * size):
-        gates[j] = sigmoid32(gates[j])
-    for j in range(size):
-        candidate = _TWO * gates[2 * size + j] - _ONE
-        cell[j] = gates[size + j] * cell[j] + gates[j] * candidate
-    for j in range(size):
-        hidden[j] = gates[3 * size + j] * (_TWO * sigmoid32(_TWO * cell[j]) - _ONE)
+    gates, bent = step.gates, step.bent
+    for n in range(count):
+        row = step.row[n]
+        for j in range(HIDDEN):
+            step.inputs[n, _K + j] = hidden[row, j]
+    _sum_gates(step, count, network, profile)
+    for n in range(count):
+        for j in range(GATES):
+            gates[n, j] = falling32(gates[n, j])
+    for n in range(count):
+        row = step.row[n]
+        for j in range(HIDDEN):
+            candidate = _TWO * gates[n, 2 * HIDDEN + j] - _ONE
+            kept = gates[n, HIDDEN + j] * cell[row, j] + gates[n, j] * candidate
+            cell[row, j] = kept
+            bent[n, j] = -_TWO * kept
+    for n in range(count):
+        for j in range(HIDDEN):
+            bent[n, j] = falling32(bent[n, j])
+    for n in range(count):
+        row = step.row[n]
+        for j in range(HIDDEN):
+            hidden[row, j] = gates[n, 3 * HIDDEN + j] * (_TWO * bent[n, j] - _ONE)
+        total = network.offset[profile]
+        for j in range(HIDDEN):
+            total += network.head[profile, j] * hidden[row, j]
+        step.prediction[n] = total

@@ -12,7 +12,8 @@ from gpsec.arrays import Floats32
 from gpsec.detection.alarm import GAP_S, steps_in
 from gpsec.detection.learned import Learned, Progress, silent
 from gpsec.detection.logs import Grid, ResidualLog, sessions, split
-from gpsec.detection.lstm import CLIP, HIDDEN, INPUTS
+from gpsec.detection.lstm import CLIP
+from gpsec.detection.lstm_cell import HIDDEN, INPUTS
 from gpsec.errors import GpsecError
 
 LENGTH = 128

@@ -7,11 +7,11 @@ from gpsec.kernels import inline
 @inline
 def push(ring: Floats, count: Ints, row: int, value: float) -> bool:
     """Put a value in place of the oldest of the w in `row`; return whether w have been seen since `count` was 0."""
-    size = ring.shape[1]
-    ring[row, count[row] % size] = value
+    size, seen = ring.shape[1], count[row]
     # Counts go round between w and 2w, so that they never overflow.
-    count[row] = count[row] + 1 if count[row] + 1 < 2 * size else size
-    return bool(count[row] >= size)
+    ring[row, seen if seen < size else seen - size] = value
+    count[row] = seen + 1 if seen + 1 < 2 * size else size
+    return bool(seen + 1 >= size)
 
 
 @inline

@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 
 from gpsec.arrays import Ints
-from gpsec.detection.base import LabelledDetector, Observation
+from gpsec.detection.alarm import AlarmState
+from gpsec.detection.base import LabelledDetector, Observation, Verdict
 from gpsec.engine import Answers, Stopwatch, Watchers
 from gpsec.fleet import Measurements, Rows, Tracks, Vehicles
 from gpsec.hdmap.matching import lateral_residual
@@ -20,7 +21,7 @@ class BatchedMethod:
         self._world = world
         self._watchers = watchers
         self._localization = localization
-        self._detector_states: list[Rows | None] = [
+        self._detector_states: list[AlarmState | None] = [
             None if isinstance(detector, LabelledDetector) else detector.new_state(1) for detector in watchers.detectors
         ]
         self._filters: FilterState = localization.new_state(1)
@@ -100,11 +101,10 @@ class BatchedMethod:
         watch.lap("matching")
         for k, detector in enumerate(self._watchers.detectors):
             state = self._detector_states[k]
+            verdict = Verdict(self.answers.statistic, self.answers.scored, self.answers.alarm, k)
             if isinstance(detector, LabelledDetector):
-                verdict = detector.update(attacked)
+                detector.update(rows, attacked, verdict)
             elif state is not None:
-                verdict = detector.update(state, observation, self._watchers.thresholds[profile, k], threads)
-            self.answers.statistic[rows, k] = verdict.statistic
-            self.answers.scored[rows, k] = verdict.scored
-            self.answers.alarm[rows, k] = verdict.alarm
+                threshold = self._watchers.thresholds[:, k].take(profile)
+                detector.update(state, observation, threshold, verdict, threads)
             watch.lap(f"detector {self._watchers.names[k]}")

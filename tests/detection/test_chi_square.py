@@ -3,6 +3,8 @@ import numpy as np
 from gpsec.detection.base import Observation
 from gpsec.detection.chi_square import ChiSquare
 
+from .ask import ask
+
 
 def observe(residual_m, valid=True):
     one = np.ones(1)
@@ -22,7 +24,7 @@ def observe(residual_m, valid=True):
 def test_statistic_is_the_mean_square_of_the_last_three():
     detector = ChiSquare(window=3)
     state = detector.new_state(1)
-    verdicts = [detector.update(state, observe(z), np.asarray([5.0])) for z in (0.5, -1.0, 1.5, 0.0)]
+    verdicts = [ask(detector, state, observe(z), np.asarray([5.0])) for z in (0.5, -1.0, 1.5, 0.0)]
     # Normalised: 1, -2, 3, 0.
     assert [bool(v.scored[0]) for v in verdicts] == [False, False, True, True]
     assert verdicts[2].statistic[0] == (1.0 + 4.0 + 9.0) / 3.0
@@ -33,7 +35,7 @@ def test_statistic_is_the_mean_square_of_the_last_three():
 def test_alarm_needs_more_than_the_threshold():
     detector = ChiSquare(window=1)
     for threshold, expected in ((4.0, False), (3.999, True)):
-        verdict = detector.update(detector.new_state(1), observe(-1.0), np.asarray([threshold]))
+        verdict = ask(detector, detector.new_state(1), observe(-1.0), np.asarray([threshold]))
         assert bool(verdict.alarm[0]) is expected
 
 
@@ -42,6 +44,6 @@ def test_white_residuals_have_a_chi_square_distribution():
     detector = ChiSquare(window=4)
     state = detector.new_state(1)
     draws = np.random.default_rng(1).normal(size=8000)
-    values = [detector.update(state, observe(0.5 * z), np.asarray([9.0])).statistic[0] for z in draws][3::4]
+    values = [ask(detector, state, observe(0.5 * z), np.asarray([9.0])).statistic[0] for z in draws][3::4]
     assert abs(np.mean(values) - 1.0) < 4.0 * np.sqrt(2.0 / 8000)
     assert abs(np.var(values) - 0.5) < 0.1

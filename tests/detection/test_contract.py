@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gpsec.detection.alarm import GAP_S, HOLD_S
-from gpsec.detection.base import Detector, LabelledDetector, Observation
+from gpsec.detection.base import Detector, LabelledDetector, Observation, Verdict
 from gpsec.detection.bounds import Oracle
 from gpsec.detection.logs import Grid
 from gpsec.detection.models import build_detectors, thresholds_for
@@ -14,6 +14,7 @@ from gpsec.detection.registry import DETECTORS
 from gpsec.fleet import Rows
 from gpsec.threads import Threads
 
+from .ask import ask
 from .synthetic import SCALE_M, STEP_S, make_log
 
 NAMES = [name for name in DETECTORS if name != Oracle.name]
@@ -23,9 +24,14 @@ PROFILES = ("first", "second")
 
 @pytest.fixture(scope="module")
 def models(model):
-    # The second profile's forest and network are the first's, its whitening is not.
-    other = replace(model, learned={**model.learned, "cusum": {**model.learned["cusum"], "white": np.asarray(0.7)}})
-    return {("first", "tracked"): model, ("second", "tracked"): other}
+    # What the second profile's vehicles learned differs a little.
+    forest, network = model.learned["isolation_forest"], model.learned["lstm"]
+    other = {
+        "cusum": {**model.learned["cusum"], "white": np.asarray(0.7)},
+        "isolation_forest": {**forest, "threshold": np.float32(0.9) * forest["threshold"]},
+        "lstm": {**network, "weight": np.float32(0.9) * network["weight"]},
+    }
+    return {("first", "tracked"): model, ("second", "tracked"): replace(model, learned=other)}
 
 
 @pytest.fixture(scope="module")
@@ -45,12 +51,12 @@ def threshold_of(name, models) -> float:
 
 def observe(grid, t) -> Observation:
     seen = grid.observe(t)
-    return replace(seen, profile=(seen.rows % 2).astype(np.int32))
+    return seen._replace(profile=(seen.rows % 2).astype(np.int32))
 
 
 def take(seen: Observation, chosen) -> Observation:
     names = ("rows", "profile", "residual_m", "valid", "scale_m", "speed_mps", "curvature_per_m", "camera_sigma_m")
-    return replace(seen, **{name: np.ascontiguousarray(getattr(seen, name)[chosen]) for name in names})
+    return seen._replace(**{name: np.ascontiguousarray(getattr(seen, name)[chosen]) for name in names})
 
 
 def run(detector, grid, threshold, steps=None, state=None, threads=None):
@@ -59,7 +65,7 @@ def run(detector, grid, threshold, steps=None, state=None, threads=None):
     results = []
     for t in range(len(grid.valid) if steps is None else steps):
         seen = observe(grid, t)
-        results.append(detector.update(state, seen, np.full(len(seen.rows), threshold), threads))
+        results.append(ask(detector, state, seen, np.full(len(seen.rows), threshold), threads))
     return tuple(np.stack([getattr(r, key) for r in results]) for key in ("statistic", "scored", "alarm"))
 
 
@@ -110,9 +116,20 @@ class TestEveryDetector:
         for t in range(len(grid.valid)):
             seen = observe(attacked, t)
             for i in range(len(seen.rows)):
-                one = detector.update(state, take(seen, [i]), np.asarray([threshold]))
+                one = ask(detector, state, take(seen, [i]), np.asarray([threshold]))
                 got = one.statistic.tobytes(), one.scored.tobytes(), one.alarm.tobytes()
                 assert got == tuple(a[t, i : i + 1].tobytes() for a in batch)
+
+    def test_large_batch_equals_small_ones(self, name, models):
+        # Kernels take rows in blocks; some of these are full, and the last one is not.
+        detector, threshold = detector_of(name, models), threshold_of(name, models)
+        grid = spoofed(Grid.of([make_log(600, 30, seed=12)]), 20, 1.5)
+        batch = run(detector, grid, threshold)
+        state = detector.new_state(600)
+        for t in range(30):
+            for chosen in np.array_split(np.arange(600), 37):
+                got = ask(detector, state, take(observe(grid, t), chosen), np.full(len(chosen), threshold))
+                assert [a.tobytes() for a in got] == [a[t, chosen].tobytes() for a in batch]
 
     def test_order_of_rows_does_not_matter(self, name, models, grid, rng):
         detector, threshold = detector_of(name, models), threshold_of(name, models)
@@ -120,9 +137,21 @@ class TestEveryDetector:
         state = detector.new_state(len(grid.length))
         for t in range(len(grid.valid)):
             order = rng.permutation(len(grid.length))
-            got = detector.update(state, take(observe(grid, t), order), np.full(len(order), threshold))
+            got = ask(detector, state, take(observe(grid, t), order), np.full(len(order), threshold))
             assert got.statistic.tobytes() == batch[0][t][order].tobytes()
             assert got.alarm.tobytes() == batch[2][t][order].tobytes()
+
+    def test_mixed_profiles_answer_as_each_alone(self, name, models, grid):
+        detector, threshold = detector_of(name, models), threshold_of(name, models)
+        mixed = run(detector, grid, threshold)
+        for p, profile in enumerate(PROFILES):
+            (alone,) = build_detectors([name], [profile], "tracked", models)
+            state = alone.new_state(len(grid.length))
+            for t in range(len(grid.valid)):
+                seen = take(observe(grid, t), np.arange(p, len(grid.length), 2))
+                seen = seen._replace(profile=np.zeros_like(seen.profile))
+                got = ask(alone, state, seen, np.full(len(seen.rows), threshold))
+                assert [a.tobytes() for a in got] == [a[t, p::2].tobytes() for a in mixed]
 
     def test_reset_rows_begin_anew(self, name, models, grid):
         detector, threshold = detector_of(name, models), threshold_of(name, models)
@@ -139,8 +168,8 @@ class TestEveryDetector:
         run(detector, spoofed(grid, 50, 2.0), threshold, steps=120, state=state)
         state.copy(np.asarray([3]), np.asarray([5]))
         seen = take(observe(grid, 120), [3])
-        original = detector.update(state, seen, np.asarray([threshold]))
-        fork = detector.update(state, replace(seen, rows=np.asarray([5], np.int32)), np.asarray([threshold]))
+        original = ask(detector, state, seen, np.asarray([threshold]))
+        fork = ask(detector, state, seen._replace(rows=np.asarray([5], np.int32)), np.asarray([threshold]))
         assert original.statistic.tobytes() == fork.statistic.tobytes()
 
     def test_no_score_depends_on_later_data(self, name, models, grid):
@@ -154,7 +183,7 @@ class TestEveryDetector:
         state = detector.new_state(len(grid.length))
         run(detector, grid, threshold, steps=40, state=state)
         before = _bytes_of(state, slice(1, None))
-        detector.update(state, take(observe(grid, 40), [0]), np.asarray([threshold]))
+        ask(detector, state, take(observe(grid, 40), [0]), np.asarray([threshold]))
         assert _bytes_of(state, slice(1, None)) == before
 
     def test_an_absurd_residual_stays_finite(self, name, models):
@@ -237,10 +266,14 @@ def test_oracle_is_told_the_truth():
     (oracle,) = build_detectors(["oracle"], PROFILES, "tracked", {})
     assert isinstance(oracle, LabelledDetector)
     attacked = np.asarray([True, False, True])
-    verdict = oracle.update(attacked)
-    assert verdict.alarm.tolist() == [True, False, True]
-    assert verdict.statistic.tolist() == [1.0, 0.0, 1.0]
-    assert verdict.scored.all()
+    rows = np.asarray([2, 0, 3], np.int32)
+    verdict = Verdict.blank(4)
+    oracle.update(rows, attacked, verdict)
+    statistic, scored, alarm = verdict.at(rows)
+    assert alarm.tolist() == [True, False, True]
+    assert statistic.tolist() == [1.0, 0.0, 1.0]
+    assert scored.all()
+    assert not any(column[1, 0] for column in verdict[:3])
 
 
 def test_never_is_silent(models, grid):

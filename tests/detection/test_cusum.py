@@ -7,6 +7,7 @@ from filterpy.kalman import KalmanFilter
 from gpsec.detection import whitening
 from gpsec.detection.cusum import Cusum
 
+from .ask import ask
 from .synthetic import make_log
 from .test_chi_square import observe
 
@@ -18,7 +19,7 @@ def plain(**changes):
 def drive(detector, values, threshold=100.0):
     """Return the statistic and alarm for residuals in units of the scale, which is 0.5 m."""
     state = detector.new_state(1)
-    verdicts = [detector.update(state, observe(0.5 * z), np.asarray([threshold])) for z in values]
+    verdicts = [ask(detector, state, observe(0.5 * z), np.asarray([threshold])) for z in values]
     return [float(v.statistic[0]) for v in verdicts], [bool(v.alarm[0]) for v in verdicts], state
 
 

@@ -6,7 +6,8 @@ from gpsec.detection.calibration import MAX_ROUNDS, MIN_EVENTS, RATES
 from gpsec.detection.chi_square import ChiSquare
 from gpsec.detection.cusum import Cusum
 from gpsec.detection.isolation_forest import WINDOW
-from gpsec.detection.lstm import CLIP, HIDDEN, Lstm
+from gpsec.detection.lstm import CLIP, Lstm
+from gpsec.detection.lstm_cell import HIDDEN
 from gpsec.detection.registry import DETECTORS
 
 DOCS = Path(__file__).parents[2] / "docs"

@@ -3,11 +3,12 @@ import pytest
 from sklearn.ensemble import IsolationForest as SklearnForest
 
 from gpsec.detection import forest_training
-from gpsec.detection.forest import average_path, join, score
+from gpsec.detection.forest import DEEPEST, average_path, join, score
 from gpsec.detection.isolation_forest import FEATURES, WINDOW, IsolationForest
 from gpsec.detection.logs import Grid
 from gpsec.errors import GpsecError
 
+from .ask import ask
 from .synthetic import make_log
 
 
@@ -41,7 +42,7 @@ def test_detector_scores_windows_as_scikit_learn_does(fitted):
     grid = Grid.of([make_log(1, 60, seed=8, gaps=False)])
     detector = IsolationForest.from_learned([forest_training.flatten(fitted)])
     state = detector.new_state(1)
-    got = [detector.update(state, grid.observe(t), np.ones(1)).statistic[0] for t in range(60)]
+    got = [ask(detector, state, grid.observe(t), np.ones(1)).statistic[0] for t in range(60)]
     assert got[: WINDOW - 1] == [0.0] * (WINDOW - 1)
     u = grid.residual_m[:, 0] / grid.scale_m[0]
     for t in range(WINDOW - 1, 60):
@@ -49,6 +50,42 @@ def test_detector_scores_windows_as_scikit_learn_does(fitted):
         window = -window if window.sum() < 0.0 else window
         features = np.append(window, window.mean())[None].astype(np.float32)
         assert abs(got[t] + fitted.score_samples(features)[0]) < 1e-12
+
+
+def test_trees_of_any_depth_up_to_the_limit(rng):
+    samples = np.sort(rng.normal(size=40)).astype(np.float32)
+    for depth in (0, 1, DEEPEST):
+        learned = _comb(samples, depth)
+        got = score(join([learned], 1), 0, samples[:, None])
+        # Sample k is cut off after k + 1 cuts, and those beyond the last cut stay together.
+        cuts = np.minimum(np.arange(40) + 1.0, depth)
+        rest = average_path(np.where(np.arange(40) < depth, 1.0, 40.0 - depth))
+        assert np.allclose(got, 2.0 ** (-(cuts + rest) / average_path(np.asarray([40.0]))), rtol=1e-12)
+    with pytest.raises(GpsecError, match="at most 12 levels"):
+        join([_comb(samples, DEEPEST + 1)], 1)
+
+
+def _comb(samples, depth):
+    """Return one tree in which every cut leaves the smallest sample on the left, and the next cut on the right."""
+    nodes = []
+    for k in range(depth):
+        nodes += [(0, samples[k], 2 * k + 1, 40 - k), (-1, 0.0, 0, 1)]
+    nodes.append((-1, 0.0, 0, 40 - depth))
+    feature, threshold, child, count = (np.asarray(column) for column in zip(*nodes, strict=True))
+    return {
+        "root": np.zeros(1, np.int32),
+        "samples": np.asarray(40, np.int32),
+        "feature": feature.astype(np.int32),
+        "threshold": threshold.astype(np.float32),
+        "child": child.astype(np.int32),
+        "count": count.astype(np.int32),
+    }
+
+
+def test_forests_of_different_size_are_refused(fitted):
+    small = SklearnForest(n_estimators=3, max_samples=32, random_state=1).fit(np.zeros((50, len(FEATURES))))
+    with pytest.raises(GpsecError, match="one number of trees"):
+        join([forest_training.flatten(fitted), forest_training.flatten(small)], len(FEATURES))
 
 
 def test_average_path_by_hand():

@@ -6,10 +6,11 @@ import torch
 
 from gpsec.detection import lstm_training
 from gpsec.detection.logs import Grid
-from gpsec.detection.lstm import CLIP, HIDDEN, INPUTS, Lstm
-from gpsec.detection.lstm_cell import exp32
+from gpsec.detection.lstm import CLIP, Lstm
+from gpsec.detection.lstm_cell import HIDDEN, INPUTS, exp32
 from gpsec.errors import GpsecError
 
+from .ask import ask
 from .synthetic import make_log
 
 
@@ -37,7 +38,7 @@ def test_every_step_equals_torch(network):
             memory, last, previous = None, 0.0, None
             for t in range(150):
                 seen = grid.observe(t)
-                one = detector.update(state, _one(seen, vehicle), np.asarray([np.inf]))
+                one = ask(detector, state, _one(seen, vehicle), np.asarray([np.inf]))
                 if not grid.valid[t, vehicle]:
                     continue
                 if previous is not None and t - previous > 10:
@@ -71,7 +72,7 @@ def test_in_alarm_it_is_fed_its_own_prediction(network):
     state = detector.new_state(1)
     fed = []
     for t in range(60):
-        verdict = detector.update(state, grid.observe(t), np.asarray([25.0]))
+        verdict = ask(detector, state, grid.observe(t), np.asarray([25.0]))
         assert bool(verdict.alarm[0]) == (30 <= t < 40)
         fed.append(float(state.fed[0]))
     # Normalised, the bias is 10: it would be fed as the clip.
@@ -98,7 +99,7 @@ def test_prediction_is_better_than_none(model):
     grid = Grid.of([make_log(20, 400, seed=21, chord_m=0.0, gaps=False)])
     detector = Lstm.from_learned([model.learned["lstm"]])
     state = detector.new_state(20)
-    errors = [detector.update(state, grid.observe(t), np.full(20, np.inf)).statistic for t in range(400)]
+    errors = [ask(detector, state, grid.observe(t), np.full(20, np.inf)).statistic for t in range(400)]
     assert np.mean(errors[50:]) < 0.75 * np.mean((grid.residual_m[50:] / 0.3) ** 2)
 
 

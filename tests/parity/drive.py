@@ -15,7 +15,8 @@ from gpsec.detection.cusum import Cusum
 from gpsec.detection.forest_training import flatten
 from gpsec.detection.isolation_forest import WINDOW, IsolationForest
 from gpsec.detection.learned import Learned
-from gpsec.detection.lstm import HIDDEN, INPUTS, Lstm
+from gpsec.detection.lstm import Lstm
+from gpsec.detection.lstm_cell import HIDDEN, INPUTS
 from gpsec.engine import Method, Stopwatch, Watchers
 from gpsec.localization.camera_ukf import CameraUkf
 from gpsec.localization.dead_reckoning import DeadReckoning
