@@ -1,7 +1,7 @@
 """The golden run: whatever is made faster, the tables keep every byte, for one thread and for two.
 
-The digests hold for one set of mathematical libraries and processor features, since those round the last bit of a cosine;
-`GOLDEN` has one entry for each that was tried. After a change that is meant to change results:
+The digests hold for one set of mathematical libraries and processor features, since those round the last bit of a
+cosine; `GOLDEN` has one entry for each that was tried. After a change that is meant to change results:
 ``GPSEC_WRITE_GOLDEN=1 pytest -n 0 tests/pipeline/test_golden.py``, and say in CHANGELOG.md what changed.
 """
 
