@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from gpsec.traffic.session import SumoSession
 
 # Steps that SUMO may be ahead, and vehicles that a step in the ring may hold; a larger one goes through the pipe.
-DEPTH = 4
+DEPTH = 16
 CAPACITY = 32_768
 
 
