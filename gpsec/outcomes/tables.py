@@ -64,9 +64,10 @@ def write_tables(
 
 
 def _as_text(table: pd.DataFrame) -> pd.DataFrame:
-    """Return a table with its floats written out: ten times as fast as `to_csv` with a format of its own."""
+    """Return a table with its floats written out, which `to_csv` with a format of its own is slower at."""
     floats = [str(name) for name, kind in table.dtypes.items() if kind == np.float64]
-    return table.assign(**{name: table[name].map(FLOAT_FORMAT.__mod__, na_action="ignore") for name in floats})
+    text = {name: [FLOAT_FORMAT % value if value == value else "" for value in table[name].tolist()] for name in floats}
+    return table.assign(**{name: pd.Series(column, table.index, object) for name, column in text.items()})
 
 
 def read_table(folder: Path, name: str) -> pd.DataFrame:
