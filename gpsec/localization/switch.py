@@ -5,6 +5,7 @@ On an alarm, or when fixes stop coming, a defence isolates GNSS. It re-joins whe
 the distance to the estimate.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import cos, sin
 
@@ -19,6 +20,9 @@ from gpsec.localization.noise_table import NoiseTable
 from gpsec.localization.responses import Cells, Response, World
 from gpsec.localization.state import FilterArrays, FilterState, part
 from gpsec.threads import Threads
+
+# Called with the name of what was done since the last call.
+Lap = Callable[[str], None]
 
 # A fix agrees with the estimate within this many standard deviations …
 _GATE_SIGMAS = 3.0
@@ -79,11 +83,21 @@ class Localization:
         seen: Measurements,
         alarm: Flags,
         threads: Threads,
+        lap: Lap = lambda stage: None,
     ) -> None:
-        """Take one step with the track rows `rows`; `alarm` is (M, K)."""
-        threads.run(self._step, rows, filters, tracks, vehicles, seen, alarm)
+        """Take one step with the track rows `rows`; `alarm` is (M, K), and `lap` is told what was done."""
+        threads.run(self._propagate, rows, filters, tracks, vehicles, seen, alarm)
+        lap("EKF")
+        isolated = rows[filters.isolated[rows].any(axis=1)]
+        if len(isolated):
+            threads.run(self._correct, isolated, filters, tracks, vehicles, seen, alarm)
+        lap("UKF")
 
-    def _step(
+    def _room(self) -> Ints:
+        """Return room for a kernel to work in: what each defence does, and whose filter it had before."""
+        return np.empty((2, len(self.responses)), np.int32)
+
+    def _propagate(
         self,
         rows: Ints,
         filters: FilterState,
@@ -92,10 +106,8 @@ class Localization:
         seen: Measurements,
         alarm: Flags,
     ) -> None:
+        """Isolate who has to be, move all estimates on, and correct those that trust GNSS."""
         world, settings = self.world, self.settings
-        arrays = filters.arrays()
-        # Room for the kernels to work in: what each defence does, and whose filter it had before.
-        room = np.empty((2, len(self.responses)), np.int32)
         _propagate(
             rows,
             self.detector,
@@ -104,8 +116,8 @@ class Localization:
             world.table,
             world.step_s,
             settings.outage_s,
-            room,
-            arrays,
+            self._room(),
+            filters.arrays(),
             tracks.vehicle,
             tracks.fix_m,
             tracks.fix_valid,
@@ -114,18 +126,27 @@ class Localization:
             seen.yaw_rate_rps,
             seen.heading_rad,
         )
-        isolated = rows[filters.isolated[rows].any(axis=1)]
-        if not len(isolated):
-            return
-        alone = filters.isolated[isolated] & (filters.leader[isolated] == np.arange(len(self.responses)))
+
+    def _correct(
+        self,
+        rows: Ints,
+        filters: FilterState,
+        tracks: Tracks,
+        vehicles: Vehicles,
+        seen: Measurements,
+        alarm: Flags,
+    ) -> None:
+        """Correct the isolated estimates of `rows`, all of which have one, and take GNSS back where it is time."""
+        world, settings = self.world, self.settings
+        alone = filters.isolated[rows] & (filters.leader[rows] == np.arange(len(self.responses)))
         for number, response in self._isolating:
             at, defence = np.nonzero(alone & (self._kind == number))
-            row, column = isolated[at], defence.astype(np.int32)
+            row, column = rows[at], defence.astype(np.int32)
             if len(row):
                 cells = Cells(row, column, filters.entered[row, column])
                 response.correct(cells, filters, tracks, vehicles, seen, world)
         _rejoin(
-            isolated,
+            rows,
             self.detector,
             alarm,
             world.table,
@@ -133,8 +154,8 @@ class Localization:
             settings.hold_s,
             settings.rejoin_s,
             settings.outage_s,
-            room,
-            arrays,
+            self._room(),
+            filters.arrays(),
             tracks.vehicle,
             tracks.fix_m,
             tracks.fix_valid,

@@ -18,6 +18,9 @@ from gpsec.outcomes.tables import write_tables
 from gpsec.outcomes.view import StepView
 from gpsec.threads import Threads
 
+# Times that tracks are closed until what was kept of them is joined.
+_JOINED_AT_ONCE = 256
+
 
 class Outcomes:
     """Accumulates what each attack achieved against each defence.
@@ -53,6 +56,7 @@ class Outcomes:
         self._sides = lane_sides
         self._origin_s = 0.0
         self._closed: list[ClosedTracks] = []
+        self._just_closed: list[ClosedTracks] = []
 
     def observe(self, view: StepView, threads: Threads) -> None:
         """Add one step of the tracks `view.rows`."""
@@ -112,12 +116,16 @@ class Outcomes:
         road when the run ends.
         """
         if len(rows) > 0:
-            self._closed.append(ClosedTracks.at(rows, tracks, self.state, journeys))
+            self._just_closed.append(ClosedTracks.at(rows, tracks, self.state, journeys))
+        # Many small arrays take several times the memory of few large ones.
+        if len(self._just_closed) == _JOINED_AT_ONCE:
+            self._closed.append(ClosedTracks.concatenate(self._just_closed))
+            self._just_closed = []
 
     def tracks(self) -> ClosedTracks:
         """Return all closed tracks, ordered by vehicle and plan."""
         none = ClosedTracks.none(len(self.study.detectors), len(self.study.defences))
-        return ClosedTracks.concatenate([none, *self._closed])
+        return ClosedTracks.concatenate([none, *self._closed, *self._just_closed])
 
     def write(
         self, folder: Path, scenario: str, seed: int, *, replicates: int = 1000, confidence: float = 0.95

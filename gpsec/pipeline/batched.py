@@ -77,9 +77,9 @@ class BatchedMethod:
         watch.lap("matching")
         self._detect(rows, tracks, vehicles, seen, threads, watch)
         filters = self._filters
-        self._localization.step(filters, rows, tracks, vehicles, seen, self.answers.alarm, threads)
+        self._localization.step(filters, rows, tracks, vehicles, seen, self.answers.alarm, threads, watch.lap)
         threads.run(report, rows, filters.arrays(), self.answers.estimate_m, self.answers.isolated)
-        watch.lap("localization")
+        watch.lap("outcomes")
 
     def _detect(
         self, rows: Ints, tracks: Tracks, vehicles: Vehicles, seen: Measurements, threads: Threads, watch: Stopwatch
