@@ -134,6 +134,11 @@ def only_compile(claims: Path) -> None:
     _claims = claims
 
 
+def load() -> None:
+    """Import numba, which the first kernel would do, while there is something to wait for."""
+    _numba()
+
+
 def are_compiled() -> bool:
     """Return whether machine code of this version is kept already."""
     folder = _code_folder()

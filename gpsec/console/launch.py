@@ -3,7 +3,9 @@
 import json
 import sys
 from collections.abc import Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
+from threading import Thread
 
 from rich.console import Console
 
@@ -46,6 +48,8 @@ def launch(
         check_output(folder, overwrite)
     messages = Console(stderr=True, emoji=False)
     with workshop(next(iter(groups))) as work:
+        # What shows the tables takes a while to import; there is time for that now.
+        Thread(target=import_module, args=("gpsec.outcomes.summary",), daemon=True).start()
         with display(messages, [scenario.name for scenario in scenarios]) as show:
             outcome = run_scenarios(scenarios, work, jobs or cores(), show, run)
         refused: list[str] = []

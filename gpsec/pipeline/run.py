@@ -12,6 +12,7 @@ from gpsec.arrays import Ints
 from gpsec.attacks.plans import NO_ATTACK
 from gpsec.engine import Method, Stopwatch, Watchers
 from gpsec.errors import GpsecError
+from gpsec.kernels import load
 from gpsec.outcomes.events import Journey
 from gpsec.outcomes.recorder import Outcomes
 from gpsec.outcomes.steps import StepLog
@@ -69,6 +70,7 @@ def run_scenario(scenario: Scenario, folder: Path, report: Report, start: StartT
         stack.callback(threads.close)
         traffic = (start or RemoteSession)(ground.options, ground.hd_map.lane_index, ground.choice.equipped)
         session = stack.enter_context(traffic)
+        load()  # while SUMO loads its net
         _Run(scenario, folder, report, ground, watchers, session, threads, stack).go(began)
 
 

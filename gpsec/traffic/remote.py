@@ -7,6 +7,7 @@ simulation out of the evaluator. What every vehicle has in every step goes throu
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from types import TracebackType
@@ -81,7 +82,6 @@ class RemoteSession:
 
     Attributes:
         options: what it was started with.
-        step_s: length of a step.
         sumo_s, read_s: wall-clock seconds that the other process has spent in SUMO and in reading it.
         warnings: SUMO's, once closed.
     """
@@ -92,10 +92,8 @@ class RemoteSession:
         """Start the simulation; see `SumoSession`.
 
         `equip` goes to another process: a function of a module, or a method of a plain object. `capacity` is the number
-        of vehicles for which there is shared memory; steps with more take the slower way.
-
-        Raises:
-            GpsecError: SUMO refuses to start, or a ``gpsec.…`` parameter is wrong.
+        of vehicles for which there is shared memory; steps with more take the slower way. What SUMO refuses is said
+        when it is first asked for something.
         """
         context = get_context("spawn")
         blocks = context.RawArray("i", DEPTH * 2 * capacity), context.RawArray("d", DEPTH * capacity * 2)
@@ -109,7 +107,6 @@ class RemoteSession:
         self._process = context.Process(target=_serve, args=arguments, name="sumo", daemon=True)
         self._process.start()
         theirs.close()
-        self.step_s: float = self._receive()
 
     def __enter__(self) -> Self:
         return self
@@ -118,6 +115,15 @@ class RemoteSession:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+    @cached_property
+    def step_s(self) -> float:
+        """Length of a step.
+
+        Raises:
+            GpsecError: SUMO refuses to start, or a ``gpsec.…`` parameter is wrong.
+        """
+        return float(self._receive())
 
     @property
     def process_id(self) -> int:
@@ -131,6 +137,7 @@ class RemoteSession:
 
     def zones(self, known_keys: Collection[str]) -> list[ZoneShape]:
         """Return the attack zones of the scenario; to be called before the first step."""
+        _ = self.step_s  # the first answer
         self._connection.send(list(known_keys))
         found: list[ZoneShape] = self._receive()
         return found
@@ -141,6 +148,7 @@ class RemoteSession:
         Raises:
             GpsecError: SUMO gives up, in its words, or its process is gone.
         """
+        _ = self.step_s  # the first answer
         self._connection.send(duration_s)
         while isinstance(head := self._receive(), Head):
             self.sumo_s, self.read_s = head.sumo_s, head.read_s

@@ -70,14 +70,17 @@ class TrafficSource(Protocol):
     """Gives the truth of the traffic step by step.
 
     Attributes:
-        step_s: length of a step.
         sumo_s: wall-clock seconds spent in the simulation so far.
         read_s: wall-clock seconds spent reading it so far.
     """
 
-    step_s: float
     sumo_s: float
     read_s: float
+
+    @property
+    def step_s(self) -> float:
+        """Length of a step."""
+        ...
 
     def frames(self, duration_s: float | None) -> Iterator[Frame]:
         """Yield the steps until the traffic ends or, where given, after `duration_s` simulated seconds."""
