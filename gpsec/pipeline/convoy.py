@@ -8,6 +8,7 @@ import numpy as np
 from gpsec import noise
 from gpsec.arrays import Ints
 from gpsec.attacks.base import Victims
+from gpsec.attacks.deviation import note_deviation
 from gpsec.attacks.history import FixHistory
 from gpsec.attacks.schedule import Clock, Plan, Schedule, needed_memory_s
 from gpsec.engine import Method, Stopwatch
@@ -136,7 +137,16 @@ class Convoy:
         self._spoof(frame.step)
         self._watch.lap("attacks")
         self._method.step(self.track_rows, self.tracks, vehicles, self.seen, self._threads, self._watch)
-        self._note_deviation()
+        self._threads.run(
+            note_deviation,
+            self.track_rows,
+            self.tracks.attacked,
+            self.tracks.vehicle,
+            self._method.answers.estimate_m,
+            vehicles.rear_m,
+            vehicles.lane_yaw_rad,
+            self.tracks.deviation_m,
+        )
         self._watch.lap("attacks")
 
     def finish(self) -> None:
@@ -245,15 +255,6 @@ class Convoy:
             spoofed = plan.attack.apply(victims, self._attack_states[number - 1])
             tracks.fix_m[chosen] = spoofed.fix_m
             tracks.fix_valid[chosen] = spoofed.valid
-
-    def _note_deviation(self) -> None:
-        """Keep the cross-track error of the undefended estimate for the attacker, who is taken to know it."""
-        tracks, vehicles = self.tracks, self.vehicles
-        rows = self.track_rows[tracks.attacked[self.track_rows]]
-        vehicle = tracks.vehicle[rows]
-        error = self._method.answers.estimate_m[rows, 0] - vehicles.rear_m[vehicle]
-        yaw = vehicles.lane_yaw_rad[vehicle]
-        tracks.deviation_m[rows] = np.cos(yaw) * error[:, 1] - np.sin(yaw) * error[:, 0]
 
     def _track(self, vehicle_row: int, plan: int) -> int:
         return next(track for track in self._tracks_of[vehicle_row] if self.tracks.plan[track] == plan)

@@ -201,7 +201,7 @@ def test_manifest(baseline, town):
     manifest = json.loads((baseline / "manifest.json").read_text())
     expected = {"configuration", "seed", "versions", "git_commit", "vehicle_steps", "peak_vehicles", "sumo_s", "read_s"}
     assert expected <= set(manifest)
-    assert {"truth", "sensors", "attacks", "matching", "localization", "outcomes"} <= set(manifest["stages_s"])
+    assert {"truth", "sensors", "attacks", "matching", "EKF", "UKF", "outcomes"} <= set(manifest["stages_s"])
     assert {"libsumo", "numpy", "numba"} <= set(manifest["versions"])
     assert manifest["steps"] == round(town.duration_s / manifest["step_s"])
     assert 0 < manifest["peak_vehicles"] <= manifest["peak_on_road"]
