@@ -43,4 +43,5 @@ lint: $(READY) ## look at the code without running it
 check: lint test ## all that must pass before a change lands
 
 clean: ## remove the environment and what tools left behind
-	rm -rf $(VENV) build dist *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) build dist *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache \
+		benchmarks/.built

@@ -4,33 +4,27 @@
 """
 
 import sys
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
-from types import TracebackType
-from typing import Self
 
 import numpy as np
 
 from gpsec.traffic.options import SumoOptions, resolve_options
 from gpsec.traffic.recording import RecordedTraffic, Recording, record
 from gpsec.traffic.source import Departure, Equip, Frame
-from gpsec.traffic.zones import ZoneShape
+from gpsec.traffic.standin import StandIn
 
 
-class Crowd:
+class Crowd(StandIn):
     """A recording of N vehicles as traffic of any number; implements `gpsec.pipeline.run.Traffic`.
 
     Vehicles of the lowest rows are taken, as often as it needs to reach the number, under other ids: with other
     sensor noise, and attacks at other times. Few of the recording's vehicles are memory of the run.
 
     Attributes:
-        options: what a simulation would be started with.
         step_s: length of a step.
-        sumo_s: 0, there is no simulation.
-        read_s: wall-clock seconds spent in making frames so far.
-        warnings: none.
 
     """
 
@@ -38,27 +32,12 @@ class Crowd:
         self, recording: Recording, count: int, options: SumoOptions, lane_index: Mapping[str, int], equip: Equip
     ) -> None:
         """Take `count` vehicles at once; `lane_index` and `equip` were asked when the recording was made."""
+        super().__init__(options)
         at_once = int(recording.start[1])
         self._copies = -(-count // at_once)
         self._kept = count // self._copies
         self._source = RecordedTraffic(recording)
-        self.options = options
         self.step_s = self._source.step_s
-        self.sumo_s = 0.0
-        self.read_s = 0.0
-        self.warnings: list[str] = []
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
-    def zones(self, known_keys: Collection[str]) -> list[ZoneShape]:
-        """Return none."""
-        return []
 
     def frames(self, duration_s: float | None = None) -> Iterator[Frame]:
         """Yield the frames of the crowd."""
@@ -81,9 +60,6 @@ class Crowd:
             lane=np.tile(frame.lane[kept], self._copies),
             on_road=len(rows),
         )
-
-    def close(self) -> None:
-        """Do nothing."""
 
 
 def _copy(departure: Departure, shift: int) -> Departure:

@@ -49,7 +49,7 @@ def launch(
     messages = Console(stderr=True, emoji=False)
     with workshop(next(iter(groups))) as work:
         # What shows the tables takes a while to import; there is time for that now.
-        Thread(target=import_module, args=("gpsec.outcomes.summary",), daemon=True).start()
+        Thread(target=import_module, args=("gpsec.outcomes.summary",)).start()
         with display(messages, [scenario.name for scenario in scenarios]) as show:
             outcome = run_scenarios(scenarios, work, jobs or cores(), show, run)
         refused: list[str] = []

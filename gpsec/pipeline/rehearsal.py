@@ -1,9 +1,7 @@
 """A run in which nothing happens but that every kernel is called: to compile them before they are needed."""
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 
 import numpy as np
 
@@ -15,42 +13,24 @@ from gpsec.pipeline.run import run_scenario
 from gpsec.scenario import Scenario
 from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.source import Departure, Equip, Frame
-from gpsec.traffic.zones import ZoneShape
+from gpsec.traffic.standin import StandIn
 
 # Attacks begin in the second step and end in the third; then everybody leaves.
 STEPS = 4
 VEHICLES = 20
 
 
-class Extras:
+class Extras(StandIn):
     """Vehicles that stand about; implements `gpsec.pipeline.run.Traffic`.
 
     Attributes:
-        options: what a simulation would be started with.
         step_s: length of a step.
-        sumo_s, read_s: 0, there is no simulation.
-        warnings: none.
 
     """
 
     def __init__(self, options: SumoOptions, lane_index: Mapping[str, int], equip: Equip) -> None:
-        self.options = options
+        super().__init__(options)
         self.step_s = options.step_s
-        self.sumo_s = 0.0
-        self.read_s = 0.0
-        self.warnings: list[str] = []
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        return
-
-    def zones(self, known_keys: Collection[str]) -> list[ZoneShape]:
-        """Return none."""
-        return []
 
     def frames(self, duration_s: float | None = None) -> Iterator[Frame]:
         """Yield the steps, whatever the duration."""
@@ -69,9 +49,6 @@ class Extras:
                 lane=np.zeros(len(rows), np.int32),
                 on_road=len(rows),
             )
-
-    def close(self) -> None:
-        """Do nothing."""
 
 
 def _extra(row: int) -> Departure:

@@ -72,4 +72,6 @@ def test_the_golden_run_keeps_every_byte(
     if os.environ.get("GPSEC_WRITE_GOLDEN"):
         GOLDEN.write_text(json.dumps(golden | {libraries(): found}, indent=2) + "\n", "utf-8")
         return
-    assert found == golden.get(libraries(), found)
+    if libraries() not in golden:
+        pytest.skip(f"no digests are kept for {libraries()}")
+    assert found == golden[libraries()]
