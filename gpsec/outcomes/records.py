@@ -9,8 +9,11 @@ import pandas as pd
 from gpsec.arrays import Flags, Floats, Ints
 from gpsec.outcomes.events import ClosedTracks
 from gpsec.outcomes.metrics import Figures, Numbers, rmse
-from gpsec.outcomes.state import ALL, ALONG, ATTACK, CROSS, FALSE, LIFE, OUTCOMES, TN, TP, X, Y, worst
+from gpsec.outcomes.state import ALL, ALONG, ATTACK, CROSS, FALSE, FN, FP, LIFE, OUTCOMES, TN, TP, X, Y, worst
 from gpsec.outcomes.study import Study
+
+# Columns of scored samples, by what they are.
+_SAMPLES = {"true_positives": TP, "false_positives": FP, "false_negatives": FN, "true_negatives": TN}
 
 
 def cells(figures: Figures) -> Floats:
@@ -50,11 +53,13 @@ def events_table(study: Study, tracks: ClosedTracks, scenario: str, seed: int, o
     table |= {
         "start_s": _spread(origin_s + events.start_step * step_s, study),
         "end_s": _spread(origin_s + end * step_s, study),
+        "attack_seconds": _spread(attacked * step_s, study),
         "cut_short": _spread(events.end_step < 0, study),
         "in_alarm_at_start": state.in_alarm_at_start[:, k],
         "detected": detected,
         "detection_delay_s": only((detection - start) * step_s, detected),
         "deviation_at_detection_m": only(state.deviation_m, detected),
+        **{name: state.counts[:, k, kind] for name, kind in _SAMPLES.items()},
         "isolated_share": cells(_share(state.isolated_steps, attacked)),
         "time_to_retrust_s": only(
             (state.retrust_step - end[:, None]) * step_s,

@@ -35,9 +35,11 @@ class StepLog:
         plan_names: Sequence[str],
         detector_names: Sequence[str],
         defences: Sequence[tuple[str, str]],
+        lane_ids: Sequence[str],
         projector: Projector,
     ) -> None:
         self.path = path
+        self._lane_ids = np.array([*lane_ids, ""], object)
         self._plans = np.array(plan_names, object)
         self._detectors = list(detector_names)
         self._defences = [f"{detector}+{response}" for detector, response in defences]
@@ -69,6 +71,7 @@ class StepLog:
             "time_s": np.full(len(rows), view.time_s),
             "vehicle_id": np.array(vehicle_ids, object),
             "plan": self._plans[tracks.plan[rows]],
+            "lane": self._lane_ids[vehicles.lane[v]],
             "rear": vehicles.rear_m[v],
             "yaw_rad": vehicles.yaw_rad[v],
             "speed_mps": vehicles.speed_mps[v],
@@ -97,6 +100,7 @@ class StepLog:
 
     def _schema(self) -> Any:
         fields = [("time_s", pa.float64()), ("vehicle_id", pa.string()), ("plan", pa.string())]
+        fields += [("lane", pa.string())]
         fields += [(name, pa.float64()) for name in ("x_m", "y_m", "lon_deg", "lat_deg", "yaw_rad", "speed_mps")]
         fields += [("settled", pa.bool_()), ("attacked", pa.bool_())]
         fields += [(f"fix_{name}", pa.float64()) for name in ("x_m", "y_m", "lon_deg", "lat_deg")]
@@ -116,7 +120,8 @@ class StepLog:
         self._pending.clear()
         self._count = 0
         columns: dict[str, Any] = {
-            name: data[name] for name in ("time_s", "vehicle_id", "plan", "yaw_rad", "speed_mps", "settled", "attacked")
+            name: data[name]
+            for name in ("time_s", "vehicle_id", "plan", "lane", "yaw_rad", "speed_mps", "settled", "attacked")
         }
         every = np.ones(len(data["rear"]), np.bool_)
         columns |= self._positions("", data["rear"], every) | self._positions("fix_", data["fix"], data["fix_valid"])

@@ -116,7 +116,9 @@ class _Run:
         self.log = None
         if scenario.log_steps:
             path = folder / "steps.parquet"
-            self.log = stack.enter_context(StepLog(path, names, watchers.names, defences, ground.hd_map.projector))
+            hd_map = ground.hd_map
+            log = StepLog(path, names, watchers.names, defences, hd_map.lane_ids, hd_map.projector)
+            self.log = stack.enter_context(log)
         self.method = method
         self.convoy = Convoy(
             seed=scenario.seed,

@@ -32,7 +32,7 @@ def test_columns_of_tables(tmp_path, name):
 
 
 def test_columns_of_the_step_log(tmp_path):
-    with StepLog(tmp_path / "steps.parquet", PLANS, DETECTORS, DEFENCES, Projector("!")):
+    with StepLog(tmp_path / "steps.parquet", PLANS, DETECTORS, DEFENCES, ["e_0"], Projector("!")):
         pass
     names = {"<detector>": DETECTORS, "<defence>": ["+".join(defence) for defence in DEFENCES]}
     expected = set()

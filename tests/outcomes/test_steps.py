@@ -12,7 +12,7 @@ UTM = Projector("+proj=utm +zone=32 +datum=WGS84 +units=m", (-600_000.0, -5_790_
 
 
 def open_log(path):
-    return StepLog(path, PLANS, DETECTORS, DEFENCES, UTM)
+    return StepLog(path, PLANS, DETECTORS, DEFENCES, ["e_0", ":j_0_0"], UTM)
 
 
 @pytest.fixture
@@ -24,6 +24,7 @@ def scene():
     scene.tracks.residual_m[:] = 0.25
     scene.tracks.residual_valid[:] = False, True, True, True
     scene.tracks.plan[1] = 1
+    scene.vehicles.lane[1] = 1
     scene.estimate_m[:, 0] = scene.vehicles.rear_m + np.array([0.5, -0.5])
     scene.statistic[:, 0] = 7.0
     scene.scored[1, 0] = False
@@ -42,6 +43,7 @@ def test_what_is_read_back_is_what_was_seen(tmp_path, scene):
     assert table["time_s"] == pytest.approx([0.1, 0.1, 0.2])
     assert table["vehicle_id"] == ["a", "b", "b"]
     assert table["plan"] == ["none", "constant_bias", "constant_bias"]
+    assert table["lane"] == ["e_0", ":j_0_0", ":j_0_0"]
     assert table["x_m"] == [100.0, 300.0, 300.0]
     assert table["fix_y_m"] == [201.0, None, None]
     assert table["residual_m"] == [None, 0.25, 0.25]

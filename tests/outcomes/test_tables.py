@@ -195,6 +195,20 @@ def test_events(tables):
     assert row[["detection_delay_s", "time_to_outcome_s"]].isna().all()
 
 
+def test_samples_of_events_add_up_to_the_figures_of_the_detector(tables):
+    events = tables["events"]
+    events = events[(events["profile"] == "dsd") & (events["defence"] == "cusum+ukf")]
+    hits, alarms, missed = (events[name].sum() for name in ("true_positives", "false_positives", "false_negatives"))
+    assert 0 < hits < hits + missed
+    row = one(tables["detection"], profile="dsd", attack="constant_bias", detector="cusum")
+    assert row["precision"] == pytest.approx(hits / (hits + alarms))
+    assert row["recall"] == pytest.approx(hits / (hits + missed))
+    assert events["true_negatives"].sum() > 0
+    seconds, squared = events["attack_seconds"], events["rmse_xy_m"] ** 2
+    row = one(tables["localization"], profile="dsd", attack="constant_bias", defence="cusum+ukf")
+    assert row["rmse_xy_m"] == pytest.approx(sqrt((squared * seconds).sum() / seconds.sum()))
+
+
 def test_vehicles(tables):
     table = tables["vehicles"]
     assert len(table) == 5 * 2
