@@ -16,7 +16,7 @@ from gpsec.errors import GpsecError
 from gpsec.progress import Progress
 from gpsec.scenario import Scenario
 
-TABLES = ("detection", "localization", "safety", "events", "vehicles")
+TABLES = ("detection", "localization", "safety", "events", "vehicles", "curves", "error_bands", "places")
 
 
 def write_results(scenario: Scenario, folder: Path) -> None:

@@ -10,8 +10,11 @@ from pathlib import Path
 from gpsec.errors import GpsecError
 
 MANIFEST = "manifest.json"
-_TABLES = ("detection", "localization", "safety", "events", "vehicles")
-_WRITTEN_BY_RUNS = {MANIFEST, "steps.parquet", *(f"{table}.csv" for table in _TABLES)}
+REPORT = "report.html"
+_TABLES = ("detection", "localization", "safety", "events", "vehicles", "curves", "error_bands", "places")
+_WRITTEN_BY_RUNS = (MANIFEST, REPORT, *(f"{table}.csv" for table in _TABLES))
+# What each scenario has one of, under a name of its own where a run has several.
+_ONE_EACH = ("steps.parquet", "steps-*.parquet", "map.geojson", "map-*.geojson")
 
 
 def check_output(out: Path, overwrite: bool) -> None:
@@ -111,7 +114,8 @@ def _put(made: Path, out: Path, former: Path) -> None:
         return
     # The folder stays what it is: somebody may stand in it, or it is where a disk is mounted.
     former.mkdir()
-    for name in _WRITTEN_BY_RUNS:
+    each = [path.name for pattern in _ONE_EACH for path in out.glob(pattern)]
+    for name in (*_WRITTEN_BY_RUNS, *each):
         if (out / name).exists():
             shutil.move(out / name, former / name)
     # The manifest comes last: without it a folder holds no run.

@@ -7,11 +7,14 @@ import numpy as np
 
 from gpsec.arrays import Floats, Ints
 from gpsec.fleet import Tracks
+from gpsec.geo import Projector
 from gpsec.hdmap.arrays import LaneSides
 from gpsec.outcomes.accumulate import add_alarms, add_errors
+from gpsec.outcomes.bands import add_bands, empty_bands, stride
 from gpsec.outcomes.bootstrap import Bootstrap
 from gpsec.outcomes.events import ClosedTracks, Journey
 from gpsec.outcomes.histograms import BINS, count
+from gpsec.outcomes.places import note_places
 from gpsec.outcomes.state import OutcomeState
 from gpsec.outcomes.study import Study
 from gpsec.outcomes.tables import write_tables
@@ -29,6 +32,7 @@ class Outcomes:
         study: names of plans, detectors, defences, profiles.
         state: running sums of the tracks on the road; the pipeline grows, copies and resets its rows with theirs.
         histogram: (P, profiles, K, 2, BINS) counts of statistics, of samples not attacked and attacked.
+        bands: (P, profiles, D, 2, …) counts of errors by the second of the attack, see `outcomes.bands`.
 
     """
 
@@ -53,6 +57,8 @@ class Outcomes:
         )
         self.state = OutcomeState.empty(capacity, len(detector_names), len(defences))
         self.histogram = np.zeros((len(plan_names), len(profile_names), len(detector_names), 2, BINS), np.int64)
+        self.bands = empty_bands(len(plan_names), len(profile_names), len(defences))
+        self._stride = stride(step_s)
         self._sides = lane_sides
         self._origin_s = 0.0
         self._closed: list[ClosedTracks] = []
@@ -107,7 +113,35 @@ class Outcomes:
             state.isolated_steps,
             state.retrust_step,
         )
+        threads.run(
+            note_places,
+            view.rows,
+            view.step,
+            tracks.vehicle,
+            tracks.plan,
+            tracks.start_step,
+            state.detection_step,
+            state.first_step,
+            vehicles.rear_m,
+            state.start_m,
+            state.detected_m,
+            state.left_lane_m,
+        )
         count(view.rows, tracks.vehicle, tracks.plan, tracks.attacked, vehicles.profile, state.bin, self.histogram)
+        add_bands(
+            view.rows,
+            view.step,
+            self._stride,
+            tracks.vehicle,
+            tracks.plan,
+            tracks.attacked,
+            tracks.start_step,
+            vehicles.profile,
+            vehicles.rear_m,
+            vehicles.lane_yaw_rad,
+            view.estimate_m,
+            self.bands,
+        )
 
     def close(self, rows: Ints, tracks: Tracks, journeys: Sequence[Journey]) -> None:
         """Keep the sums of track rows that are over; `journeys` holds their vehicles, one a row.
@@ -128,15 +162,27 @@ class Outcomes:
         return ClosedTracks.concatenate([none, *self._closed, *self._just_closed])
 
     def write(
-        self, folder: Path, scenario: str, seed: int, *, replicates: int = 1000, confidence: float = 0.95
+        self,
+        folder: Path,
+        scenario: str,
+        seed: int,
+        *,
+        replicates: int = 1000,
+        confidence: float = 0.95,
+        projector: Projector | None = None,
     ) -> None:
-        """Write the five tables of the closed tracks into `folder`; intervals by bootstrap over vehicles."""
+        """Write the tables of the closed tracks into `folder`; intervals by bootstrap over vehicles.
+
+        `projector` is that of the net; without one, the net counts as one without a projection.
+        """
         write_tables(
             folder,
             scenario,
             self.study,
             self.tracks(),
             self.histogram,
+            self.bands,
             self._origin_s,
             Bootstrap(seed, replicates, confidence),
+            projector or Projector("!"),
         )

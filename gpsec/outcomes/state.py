@@ -43,6 +43,9 @@ class OutcomeState(Rows):
         deviation_m: (M, D) absolute cross-track error in the step of detection by the defence's detector.
         isolated_steps: (M, D) number of steps under attack in which GNSS was not used.
         retrust_step: (M, D) first step after the attack in which GNSS is used, -1 before.
+        start_m: (M, 2) where the attack began.
+        detected_m: (M, K, 2) where the vehicle was in `detection_step`.
+        left_lane_m: (M, D, 2) where it was in the first step out of its lane.
 
     """
 
@@ -60,6 +63,9 @@ class OutcomeState(Rows):
     deviation_m: Floats
     isolated_steps: Ints
     retrust_step: Ints
+    start_m: Floats
+    detected_m: Floats
+    left_lane_m: Floats
 
     @classmethod
     def empty(cls, capacity: int, detectors: int, defences: int) -> Self:
@@ -80,6 +86,9 @@ class OutcomeState(Rows):
             deviation_m=np.zeros((m, d)),
             isolated_steps=np.zeros((m, d), np.int32),
             retrust_step=np.full((m, d), -1, np.int32),
+            start_m=np.zeros((m, 2)),
+            detected_m=np.zeros((m, k, 2)),
+            left_lane_m=np.zeros((m, d, 2)),
         )
 
     def take(self, rows: Ints | Flags) -> Self:

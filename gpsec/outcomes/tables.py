@@ -10,17 +10,22 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from gpsec.arrays import Longs
+from gpsec.arrays import Ints, Longs
 from gpsec.errors import GpsecError
+from gpsec.geo import Projector
 from gpsec.outcomes.aggregates import detection_table, localization_table, safety_table
+from gpsec.outcomes.bands import bands_table
 from gpsec.outcomes.bootstrap import Bootstrap
+from gpsec.outcomes.curves import curves_table
 from gpsec.outcomes.events import ClosedTracks
+from gpsec.outcomes.places import places_table
 from gpsec.outcomes.records import events_table, vehicles_table
 from gpsec.outcomes.study import Study
 
-TABLES = ("detection", "localization", "safety", "events", "vehicles")
+TABLES = ("detection", "localization", "safety", "events", "vehicles", "curves", "error_bands", "places")
 MANIFEST = "manifest.json"
 STEPS = "steps.parquet"
+MAP = "map.geojson"
 # A day in steps of 0.1 s takes six digits, a position within a net seven to the centimetre.
 FLOAT_FORMAT = "%.9g"
 
@@ -43,10 +48,12 @@ def write_tables(
     study: Study,
     tracks: ClosedTracks,
     histogram: Longs,
+    bands: Ints,
     origin_s: float,
     bootstrap: Bootstrap,
+    projector: Projector,
 ) -> None:
-    """Write the five tables of one run of `scenario` into `folder`.
+    """Write the tables of one run of `scenario` into `folder`.
 
     `tracks` are ordered by vehicle and plan; rows follow that order, and the order of plans, detectors and defences
     in `study`. `origin_s` is the simulated time of step 0.
@@ -57,6 +64,9 @@ def write_tables(
         "safety": safety_table(study, tracks, scenario, bootstrap.confidence),
         "events": events_table(study, tracks, scenario, bootstrap.seed, origin_s),
         "vehicles": vehicles_table(study, tracks, scenario, bootstrap.seed),
+        "curves": curves_table(study, tracks, histogram, scenario),
+        "error_bands": bands_table(study, bands, scenario),
+        "places": places_table(study, tracks, scenario, bootstrap.seed, origin_s, projector),
     }
     for name, table in tables.items():
         with whole(folder / f"{name}.csv") as partial:
@@ -72,15 +82,16 @@ def _as_text(table: pd.DataFrame) -> pd.DataFrame:
 
 def read_table(folder: Path, name: str) -> pd.DataFrame:
     """Return one of `TABLES` from `folder`; names are texts, and only empty cells are missing."""
-    texts = ("scenario", "vehicle_id", "vehicle_type", "profile", "attack", "defence", "detector", "response")
+    texts = ("scenario", "vehicle_id", "vehicle_type", "profile", "attack", "defence", "detector", "response", "by")
     return pd.read_csv(folder / f"{name}.csv", dtype=dict.fromkeys(texts, str), keep_default_na=False, na_values=[""])
 
 
 def merge(folders: list[Path], out: Path) -> None:
     """Join the files of several runs, a folder each, in `out`; the runs follow in the order of their folders' names.
 
-    Tables are concatenated, manifests become a list under "scenarios", and step logs, whose columns differ with
-    the detectors, are kept apart as ``steps-<folder>.parquet`` where there is more than one run.
+    Tables are concatenated, manifests become a list under "scenarios". Step logs, whose columns differ with the
+    detectors, and maps are kept apart as ``steps-<folder>.parquet`` and ``map-<folder>.geojson`` where there is more
+    than one run.
 
     Raises:
         GpsecError: a folder lacks a file, or its columns are not those of the others.
@@ -91,10 +102,11 @@ def merge(folders: list[Path], out: Path) -> None:
         with whole(out / f"{name}.csv") as partial:
             _join([folder / f"{name}.csv" for folder in folders], partial)
     for folder in folders:
-        if (folder / STEPS).exists():
-            target = STEPS if len(folders) == 1 else f"steps-{folder.name}.parquet"
-            with whole(out / target) as partial:
-                shutil.copyfile(folder / STEPS, partial)
+        for file in (Path(STEPS), Path(MAP)):
+            if (folder / file).exists():
+                target = file.name if len(folders) == 1 else f"{file.stem}-{folder.name}{file.suffix}"
+                with whole(out / target) as partial:
+                    shutil.copyfile(folder / file, partial)
     manifests = [json.loads(_text(folder / MANIFEST)) for folder in folders]
     with whole(out / MANIFEST) as partial:
         partial.write_text(json.dumps({"scenarios": manifests}, indent=2) + "\n", "utf-8")

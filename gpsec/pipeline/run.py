@@ -21,6 +21,7 @@ from gpsec.pipeline.batched import BatchedMethod
 from gpsec.pipeline.build import Ground, lay_ground, make_localization, make_plans, make_watchers
 from gpsec.pipeline.convoy import Convoy
 from gpsec.pipeline.manifest import Counts, write_manifest
+from gpsec.pipeline.mapfile import write_map
 from gpsec.progress import Progress
 from gpsec.scenario import Scenario
 from gpsec.threads import Threads
@@ -171,7 +172,9 @@ class _Run:
             scenario.seed,
             replicates=settings.bootstrap,
             confidence=settings.confidence,
+            projector=self.ground.hd_map.projector,
         )
+        write_map(self.folder, self.ground.hd_map, self.plans)
         self.watch.lap("files")
         self.counts.sumo_s, self.counts.read_s = session.sumo_s, session.read_s
         self.counts.compile_s = self.watch.compile_s

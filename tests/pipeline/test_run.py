@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 
 from gpsec.errors import GpsecError
+from gpsec.outcomes import tables as tables_of_a_run
 from gpsec.pipeline import run as loop
 from gpsec.scenario import Scenario
 from gpsec.threads import Threads
@@ -18,7 +19,7 @@ from gpsec.traffic.source import Frame
 
 from .conftest import PLANS, WHEN, Traffic, with_plans
 
-TABLES = ("vehicles.csv", "events.csv", "detection.csv", "localization.csv", "safety.csv")
+TABLES = tuple(f"{name}.csv" for name in tables_of_a_run.TABLES)
 NO_EFFECT = {"attack": "constant_bias", "bias_m": 1e-200, **WHEN}
 
 

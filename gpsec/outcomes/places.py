@@ -1,0 +1,81 @@
+"""The table `places.csv`: where attacks began, where they were seen, where vehicles would have left their lane."""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from gpsec.arrays import Floats, Ints
+from gpsec.geo import Projector
+from gpsec.kernels import kernel
+from gpsec.outcomes.events import ClosedTracks
+from gpsec.outcomes.state import OUT_OF_LANE
+from gpsec.outcomes.study import Study
+
+ATTACK_BEGAN, DETECTED, LEFT_LANE = "attack_began", "detected", "left_lane"
+
+
+@kernel
+def note_places(
+    rows: Ints,
+    step: int,
+    vehicle: Ints,
+    plan: Ints,
+    start_step: Ints,
+    detection_step: Ints,
+    first_step: Ints,
+    rear_m: Floats,
+    start_m: Floats,
+    detected_m: Floats,
+    left_lane_m: Floats,
+) -> None:
+    """Note where tracks under attack are, of which something is true for the first time in this step.
+
+    Run it after the steps themselves have been noted.
+    """
+    for row in rows:
+        if plan[row] == 0:
+            continue
+        v = vehicle[row]
+        if start_step[row] == step:
+            start_m[row, 0] = rear_m[v, 0]
+            start_m[row, 1] = rear_m[v, 1]
+        for k in range(detection_step.shape[1]):
+            if detection_step[row, k] == step:
+                detected_m[row, k, 0] = rear_m[v, 0]
+                detected_m[row, k, 1] = rear_m[v, 1]
+        for d in range(first_step.shape[1]):
+            if first_step[row, d, OUT_OF_LANE] == step:
+                left_lane_m[row, d, 0] = rear_m[v, 0]
+                left_lane_m[row, d, 1] = rear_m[v, 1]
+
+
+def places_table(
+    study: Study, tracks: ClosedTracks, scenario: str, seed: int, origin_s: float, projector: Projector
+) -> pd.DataFrame:
+    """Return a row for every event and each place that it has, event by event."""
+    events = tracks.events()
+    state = events.state
+    # One column for each thing that may have happened: the beginning, K detections, D departures.
+    step = np.concatenate([events.start_step[:, None], state.detection_step, state.first_step[:, :, OUT_OF_LANE]], 1)
+    position_m = np.concatenate([state.start_m[:, None], state.detected_m, state.left_lane_m], axis=1)
+    what = [ATTACK_BEGAN, *[DETECTED] * len(study.detectors), *[LEFT_LANE] * len(study.defences)]
+    by = ["", *study.detectors, *study.defence_names]
+    event, column = np.nonzero(step >= 0)
+    where_m = position_m[event, column]
+    lon_lat = projector.to_lon_lat(where_m) if len(where_m) else where_m
+    table: dict[str, Any] = {
+        "scenario": np.full(len(event), scenario, object),
+        "seed": np.full(len(event), seed),
+        "vehicle_id": events.vehicle_id.astype(object)[event],
+        "profile": np.array(study.profiles, object)[events.profile[event]],
+        "attack": np.array(study.plans, object)[events.plan[event]],
+        "what": np.array(what, object)[column],
+        "by": np.array(by, object)[column],
+        "time_s": origin_s + step[event, column] * study.step_s,
+        "x_m": where_m[:, 0],
+        "y_m": where_m[:, 1],
+        "lon_deg": lon_lat[:, 0],
+        "lat_deg": lon_lat[:, 1],
+    }
+    return pd.DataFrame(table)
