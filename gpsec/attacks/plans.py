@@ -42,8 +42,10 @@ class PlanConfig(BaseModel):
         name: of the plan, in every table; default the attack's.
         share: of the equipped vehicles (of those types) that is attacked.
         vehicle_types: ids of the vehicle types that are attacked; empty for all.
-        zone: id of a drawn zone; the attack then lasts from when a vehicle is in it until it leaves it, and
-            `start_after_s` and `duration_s` have no meaning.
+        vehicles: ids of the vehicles that are attacked, where ``*`` stands for any text and ``?`` for any letter; a
+            flow's vehicles are ``flow.*``; empty for all.
+        zone: id of a drawn zone, or of a spoofer that follows traffic; the attack then lasts from when a vehicle is in
+            it until it leaves it, and `start_after_s` and `duration_s` have no meaning.
         begin_s, end_s: simulated time before which no attack begins, and at which all end; no end where not given.
         start_after_s: least and most time from when a vehicle has settled (and `begin_s` has passed) to its attack.
         duration_s: least and most duration.
@@ -56,6 +58,7 @@ class PlanConfig(BaseModel):
     name: Annotated[Text, Field(min_length=1)] = ""
     share: Annotated[Number, Field(ge=0.0, le=1.0)] = 0.5
     vehicle_types: tuple[Text, ...] = ()
+    vehicles: tuple[Text, ...] = ()
     zone: Text | None = None
     begin_s: Annotated[Number, Field(ge=0.0, le=MAX_TIME_S)] = 0.0
     end_s: Annotated[Number, Field(ge=0.0, le=MAX_TIME_S)] | None = None

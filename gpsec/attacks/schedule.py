@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 from math import ceil
 from typing import Self
 
@@ -11,7 +12,7 @@ from gpsec import noise
 from gpsec.arrays import Flags, Floats, Ints, Keys
 from gpsec.attacks.base import Attack
 from gpsec.attacks.plans import PlanConfig
-from gpsec.attacks.zones import Zone
+from gpsec.attacks.zones import NOBODY, Zone
 from gpsec.errors import GpsecError, nearest
 from gpsec.fleet import Rows
 
@@ -40,11 +41,15 @@ class Schedule(Rows):
         state: (N,) SPARED, WAITING, ACTIVE or DONE.
         start_step: (N,) first step of the attack; in a zone, the first at which it may begin until it has begun.
         end_step: (N,) first step after the attack; while it lasts, that at which it ends at the latest.
+        inside_step: (N,) last step in which it was seen in the zone; -1 before, and without a zone.
+        hold_steps: (N,) steps that an attack lasts after that.
     """
 
     state: Ints
     start_step: Ints
     end_step: Ints
+    inside_step: Ints
+    hold_steps: Ints
 
     @classmethod
     def empty(cls, capacity: int) -> Self:
@@ -54,6 +59,8 @@ class Schedule(Rows):
             state=np.full(n, SPARED, np.int32),
             start_step=np.full(n, NEVER, np.int32),
             end_step=np.full(n, NEVER, np.int32),
+            inside_step=np.full(n, -1, np.int32),
+            hold_steps=np.zeros(n, np.int32),
         )
 
 
@@ -76,9 +83,11 @@ class Plan:
         """Name of the plan."""
         return self.config.name
 
-    def aims_at(self, vehicle_type: str) -> bool:
-        """Return whether vehicles of that type may be attacked."""
-        return not self.config.vehicle_types or vehicle_type in self.config.vehicle_types
+    def aims_at(self, vehicle_type: str, vehicle_id: str) -> bool:
+        """Return whether the vehicle of that type, and that id in SUMO, may be attacked."""
+        if self.config.vehicle_types and vehicle_type not in self.config.vehicle_types:
+            return False
+        return not self.config.vehicles or any(fnmatchcase(vehicle_id, meant) for meant in self.config.vehicles)
 
     def select(self, keys: Keys, type_ok: Flags) -> Flags:
         """Return (n,) whether the vehicles are attacked: of the right type, and drawn by the share."""
@@ -111,8 +120,18 @@ class Plan:
         schedule.state[rows] = np.where(chosen, WAITING, SPARED)
         schedule.start_step[rows] = np.where(chosen, np.minimum(start, NEVER), NEVER)
         schedule.end_step[rows] = np.where(chosen, np.minimum(end, NEVER), NEVER)
+        if self.zone is not None:
+            schedule.inside_step[rows] = -1
+            schedule.hold_steps[rows] = ceil(self.zone.hold_s / clock.step_s - 1e-6)
 
-    def advance(self, schedule: Schedule, rows: Ints, position_m: Floats, step: int) -> tuple[Ints, Ints]:
+    def advance(
+        self,
+        schedule: Schedule,
+        rows: Ints,
+        position_m: Floats,
+        step: int,
+        spoofers_m: Mapping[str, Floats] = NOBODY,
+    ) -> tuple[Ints, Ints]:
         """Move on to `step`.
 
         A vehicle is under attack in the steps start_step … end_step - 1; it is attacked at most once.
@@ -122,6 +141,7 @@ class Plan:
             rows: (n,) vehicle rows on the road.
             position_m: (N, 2) of all vehicle rows, for zones.
             step: number of the step.
+            spoofers_m: name of a plan -> (n, 2) where those are that carry its spoofer.
 
         Returns:
             Vehicle rows whose attack begins in this step, and those for which this is the first step after it.
@@ -133,9 +153,10 @@ class Plan:
         if self.zone is not None:
             asked = due | active
             inside = np.zeros(len(rows), np.bool_)
-            inside[asked] = self.zone.contains(position_m[rows[asked]])
+            inside[asked] = self.zone.contains(position_m[rows[asked]], spoofers_m)
             due &= inside
-            over |= active & ~inside
+            schedule.inside_step[rows[inside]] = step
+            over |= active & (step - schedule.inside_step[rows] > schedule.hold_steps[rows])
         starting, ending = rows[due], rows[over]
         schedule.state[starting] = ACTIVE
         schedule.start_step[starting] = step
@@ -158,22 +179,24 @@ def needed_memory_s(plans: Sequence[Plan]) -> float:
 def build_plans(
     configs: Sequence[PlanConfig],
     drawn: Sequence[tuple[PlanConfig, Zone]] = (),
+    carried: Sequence[tuple[PlanConfig, Zone | None, str]] = (),
     *,
     config_file: str = "gpsec.toml",
     zone_file: str = "additional file",
 ) -> list[Plan]:
-    """Return the plans of a run: those of the configuration, then one for each drawn zone.
+    """Return the plans of a run: those of the configuration, of drawn zones, then those that vehicles carry.
 
     Args:
         configs: of the configuration; one that has a zone takes the area of the drawn zone of that id.
         drawn: as `plans_from_zones` gives them.
+        carried: as `plans_from_vehicles` gives them.
         config_file: that the former come from, for error messages.
         zone_file: that the latter come from.
 
     Raises:
         GpsecError: a zone is unknown, or two plans have the same name.
     """
-    zones = {zone.zone_id: zone for _, zone in drawn}
+    zones = {zone.zone_id: zone for _, zone in drawn} | {zone.zone_id: zone for _, zone, _ in carried if zone}
     plans: dict[str, Plan] = {}
     for i, config in enumerate(configs):
         where = f"{config_file}: plans[{i}]"
@@ -181,6 +204,8 @@ def build_plans(
         _add(plans, Plan(config, config.build_attack(), zone), where)
     for config, zone in drawn:
         _add(plans, Plan(config, config.build_attack(), zone), f"{zone_file}: zone '{zone.zone_id}'")
+    for config, area, where in carried:
+        _add(plans, Plan(config, config.build_attack(), area), where)
     return list(plans.values())
 
 

@@ -1,6 +1,6 @@
 """Attack zones drawn in netedit: a polygon or a point with parameters."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import isfinite
@@ -15,8 +15,10 @@ from gpsec.attacks.registry import ATTACKS, build_attack
 from gpsec.errors import GpsecError
 
 PREFIX = "gpsec."
+NOBODY: Mapping[str, Floats] = {}
+"""No vehicle carries a spoofer."""
 _MAX_RADIUS_M = 1e6
-_PLAN_KEYS = {"begin": "begin_s", "end": "end_s", "share": "share"}
+PLAN_KEYS = {"begin": "begin_s", "end": "end_s", "share": "share"}
 
 
 class DrawnZone(Protocol):
@@ -41,17 +43,24 @@ class DrawnZone(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Zone:
-    """An area: a polygon, or what lies within `radius_m` of a point.
+    """An area: a polygon, or what lies within `radius_m` of a point or of vehicles that carry a spoofer.
 
     Attributes:
-        zone_id: id in the drawing.
-        shape_m: (n, 2) vertices in the net's frame; one for a point.
-        radius_m: of a point, None for a polygon.
+        zone_id: id in the drawing, or name of the spoofer's plan.
+        shape_m: (n, 2) vertices in the net's frame; one for a point, none for what moves.
+        radius_m: of a point or a spoofer, None for a polygon.
+        hold_s: an attack lasts this long after a vehicle was last in the area.
     """
 
     zone_id: str
     shape_m: Floats
     radius_m: float | None = None
+    hold_s: float = 0.0
+
+    @property
+    def moves(self) -> bool:
+        """Whether it goes along with vehicles."""
+        return not len(self.shape_m)
 
     @cached_property
     def polygon(self) -> Any:
@@ -60,20 +69,25 @@ class Zone:
         shapely.prepare(polygon)
         return polygon
 
-    def contains(self, position_m: Floats) -> Flags:
-        """Return (n,) whether the positions (n, 2) lie in the zone."""
+    def contains(self, position_m: Floats, spoofers_m: Mapping[str, Floats] = NOBODY) -> Flags:
+        """Return (n,) whether the positions (n, 2) lie in the zone.
+
+        `spoofers_m` says where those are, (k, 2), that carry the spoofers of each plan.
+        """
         if self.radius_m is None:
             inside: Flags = shapely.contains_xy(self.polygon, position_m[:, 0], position_m[:, 1])
             return inside
-        away = position_m - self.shape_m[0]
-        within: Flags = np.sum(away * away, axis=1) <= self.radius_m**2
+        within: Flags = np.zeros(len(position_m), np.bool_)
+        for centre_m in spoofers_m.get(self.zone_id, ()) if self.moves else self.shape_m:
+            away = position_m - centre_m
+            within |= np.sum(away * away, axis=1) <= self.radius_m**2
         return within
 
 
 def zone_keys() -> list[str]:
     """Return every parameter that a zone may have, by its whole name."""
     own = {field for attack in ATTACKS.values() for field in attack.model_fields}
-    return [PREFIX + key for key in ("attack", *_PLAN_KEYS, "radius_m", *sorted(own))]
+    return [PREFIX + key for key in ("attack", *PLAN_KEYS, "radius_m", *sorted(own))]
 
 
 def plans_from_zones(zones: Sequence[DrawnZone], file: str) -> list[tuple[PlanConfig, Zone]]:
@@ -86,34 +100,61 @@ def plans_from_zones(zones: Sequence[DrawnZone], file: str) -> list[tuple[PlanCo
 
 
 def _plan(zone: DrawnZone, where: str) -> tuple[PlanConfig, Zone]:
-    given = {
-        key.removeprefix(PREFIX): value
-        for key, value in zone.parameters.items()
-        if key.startswith(PREFIX) and value.strip()
-    }
+    given = stated(zone.parameters)
     name = given.pop("attack", None)
     if name is None:
         raise GpsecError(f"{where}: {PREFIX}attack: expected one of {', '.join(ATTACKS)}, found none")
     area = Zone(zone.zone_id, zone.shape_m, _radius(zone.kind, given.pop("radius_m", None), where))
     _check_shape(area, where)
-    plan = {key: given.pop(key) for key in _PLAN_KEYS if key in given}
-    others = [PREFIX + key for key in ("attack", *_PLAN_KEYS, "radius_m")]
-    attack = build_attack(name, given, where, prefix=PREFIX, other_keys=others, as_text=True)
+    others = [PREFIX + key for key in ("attack", *PLAN_KEYS, "radius_m")]
+    return plan_from_text(name, given, {"name": zone.zone_id, "zone": zone.zone_id}, where, others), area
+
+
+def stated(parameters: Mapping[str, str]) -> dict[str, str]:
+    """Return the ``gpsec.…`` parameters that have a value, without the prefix."""
+    return {
+        key.removeprefix(PREFIX): value for key, value in parameters.items() if key.startswith(PREFIX) and value.strip()
+    }
+
+
+def plan_from_text(
+    attack_name: str, given: dict[str, str], beside: Mapping[str, object], where: str, others: Sequence[str]
+) -> PlanConfig:
+    """Return the plan that parameters of one of SUMO's objects say.
+
+    Args:
+        attack_name: name of the attack.
+        given: the others of its parameters, without the prefix: `PLAN_KEYS` and the attack's own.
+        beside: what else is in the plan.
+        where: file and object, for error messages.
+        others: keys that may stand there beside the attack's own, for *did you mean*.
+
+    Raises:
+        GpsecError: a parameter is unknown or not allowed.
+    """
+    plan = {key: given[key] for key in PLAN_KEYS if key in given}
+    own = {key: value for key, value in given.items() if key not in PLAN_KEYS}
+    attack = build_attack(attack_name, own, where, prefix=PREFIX, other_keys=others, as_text=True)
     # A transmitter spares nobody, unless its share says so.
-    table: dict[str, object] = {"attack": name, "name": zone.zone_id, "zone": zone.zone_id, "share": 1.0}
-    table |= {_PLAN_KEYS[key]: _number(text, key, where) for key, text in plan.items()}
+    table: dict[str, object] = {"attack": attack_name, "share": 1.0, **beside}
+    table |= {PLAN_KEYS[key]: number(text, key, where) for key, text in plan.items()}
     _check_plan(table, where)
-    return plan_config({**table, "parameters": attack.model_dump()}, where), area
+    return plan_config({**table, "parameters": attack.model_dump()}, where)
 
 
-def _number(text: str, key: str, where: str) -> float:
+def number(text: str, key: str, where: str) -> float:
+    """Return what the parameter `key`, named without its prefix, says.
+
+    Raises:
+        GpsecError: it is no finite number.
+    """
     try:
-        number = float(text)
+        value = float(text)
     except ValueError:
-        number = float("nan")
-    if not isfinite(number):
+        value = float("nan")
+    if not isfinite(value):
         raise GpsecError(f"{where}: {PREFIX}{key}: expected a number, found '{text}'")
-    return number
+    return value
 
 
 def _check_plan(table: dict[str, object], where: str) -> None:
@@ -137,7 +178,16 @@ def _radius(kind: str, text: str | None, where: str) -> float | None:
         return None
     if text is None:
         raise GpsecError(f"{where}: {PREFIX}radius_m: expected a number of metres for a point, found none")
-    radius_m = _number(text, "radius_m", where)
+    return metres(text, where)
+
+
+def metres(text: str, where: str) -> float:
+    """Return the radius that the parameter ``gpsec.radius_m`` says.
+
+    Raises:
+        GpsecError: it is not above 0, or larger than any road net.
+    """
+    radius_m = number(text, "radius_m", where)
     if radius_m <= 0.0:
         raise GpsecError(f"{where}: {PREFIX}radius_m: expected a number greater than 0, found {radius_m:g}")
     if radius_m > _MAX_RADIUS_M:

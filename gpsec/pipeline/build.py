@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gpsec.attacks.carried import plans_from_vehicles
 from gpsec.attacks.schedule import Plan, build_plans
 from gpsec.attacks.zones import plans_from_zones, zone_keys
 from gpsec.detection.models import build_detectors, thresholds_for
@@ -22,6 +23,7 @@ from gpsec.scenario.choices import BOUNDS
 from gpsec.sensors.profiles import residual_sigma_m
 from gpsec.sensors.registry import PROFILES
 from gpsec.sensors.sense import Sensors
+from gpsec.traffic.carried import carried_attacks
 from gpsec.traffic.options import SumoOptions, resolve_options
 from gpsec.traffic.vehicletypes import check_type_names, named_sensors
 from gpsec.traffic.zones import ZoneSource
@@ -59,6 +61,7 @@ def lay_ground(scenario: Scenario) -> Ground:
         seed=scenario.seed,
         step_s=scenario.traffic.step_s,
         lateral_resolution_m=scenario.traffic.lateral_resolution_m,
+        begin_s=scenario.traffic.begin_s,
     )
     inputs = (*options.additional_files, *options.route_files)
     for place, plan in enumerate(scenario.plans):
@@ -108,12 +111,14 @@ def make_localization(scenario: Scenario, world: World, detectors: Sequence[str]
 
 
 def make_plans(scenario: Scenario, session: ZoneSource) -> list[Plan]:
-    """Return the attack plans of the scenario and of the zones that are drawn in it.
+    """Return the attack plans of the scenario, of the zones that are drawn in it, and those that vehicles carry.
 
     Raises:
-        GpsecError: a zone is not as it should be.
+        GpsecError: one of them is not as it should be.
 
     """
     files = ", ".join(path.name for path in session.options.additional_files)
     drawn = plans_from_zones(session.zones(zone_keys()), files)
-    return build_plans(scenario.plans, drawn, config_file=scenario.name, zone_file=files)
+    inputs = (*session.options.additional_files, *session.options.route_files)
+    carried = plans_from_vehicles(carried_attacks(inputs))
+    return build_plans(scenario.plans, drawn, carried, config_file=scenario.name, zone_file=files)

@@ -15,6 +15,7 @@ from gpsec.engine import Method, Stopwatch
 from gpsec.fleet import Measurements, Rows, Slots, Tracks, Vehicles
 from gpsec.hdmap.map import HDMap
 from gpsec.hdmap.matching import locate
+from gpsec.pipeline.fleet_choice import first_life
 from gpsec.sensors.sense import Sensors
 from gpsec.threads import Threads
 from gpsec.traffic.body import advance, axle_distance
@@ -133,7 +134,7 @@ class Convoy:
         self._sensors.sense(self._sensor_state, vehicles, self.seen, rows, frame.step, self._threads)
         self._history.record(rows, frame.step, self.seen.fix_m, self.seen.fix_valid)
         self._watch.lap("sensors")
-        self._move_plans(rows, frame.step)
+        self._move_plans(frame)
         self._spoof(frame.step)
         self._watch.lap("attacks")
         self._method.step(self.track_rows, self.tracks, vehicles, self.seen, self._threads, self._watch)
@@ -194,19 +195,21 @@ class Convoy:
             rows.reset(tracks)
         self._method.reset(tracks)
         self.tracks.vehicle[tracks] = new
+        people = [(departure.vehicle_type, first_life(departure.vehicle_id)) for departure in frame.departures]
         for plan, schedule in zip(self._plans, self._schedules, strict=True):
-            aimed = np.array([plan.aims_at(departure.vehicle_type) for departure in frame.departures])
+            aimed = np.array([plan.aims_at(*who) for who in people])
             settled = frame.step + self._settle_steps
             plan.enter(schedule, new, vehicles.key[new], aimed, settled, self._clock)
         self._refresh_rows()
 
-    def _move_plans(self, rows: Ints, step: int) -> None:
+    def _move_plans(self, frame: Frame) -> None:
         """Begin and end attacks; a beginning attack forks the benign track of its vehicle."""
+        rows, step = frame.rows, frame.step
         tracks = self.tracks
         age = step - self.vehicles.born_step[tracks.vehicle[self.track_rows]]
         tracks.settled[self.track_rows] = age >= self._settle_steps
         for number, (plan, schedule) in enumerate(zip(self._plans, self._schedules, strict=True), start=1):
-            starting, ending = plan.advance(schedule, rows, self.vehicles.rear_m, step)
+            starting, ending = plan.advance(schedule, rows, self.vehicles.rear_m, step, frame.spoofers_m)
             if len(ending):
                 ended = np.array([self._track(row, number) for row in ending.tolist()], np.int32)
                 tracks.attacked[ended] = False

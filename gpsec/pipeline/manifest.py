@@ -113,9 +113,11 @@ def write_manifest(
 
 
 def _plan(plan: Plan) -> dict[str, Any]:
-    """Return all that a plan depends on, drawn zones included."""
+    """Return all that a plan depends on, drawn zones and spoofers in traffic included."""
     stated = plan.config.model_dump(mode="json")
-    if plan.zone is not None:
+    if plan.zone is not None and plan.zone.moves:
+        stated |= {"radius_m": plan.zone.radius_m, "hold_s": plan.zone.hold_s, "moves": True}
+    elif plan.zone is not None:
         stated |= {"shape_m": plan.zone.shape_m.tolist(), "radius_m": plan.zone.radius_m}
     return stated
 

@@ -98,6 +98,7 @@ class _Run:
         self.watch = Stopwatch()
         self.counts = Counts()
         self.notes: list[str] = []
+        self.first_s: float | None = None  # when somebody was on the road for the first time
         for note in (*ground.options.notes, *_warnings(ground)):
             self._say(note)
         plans = self.plans = make_plans(scenario, session)
@@ -147,6 +148,8 @@ class _Run:
             convoy.step(frame)
             self._observe(frame.step, frame.time_s)
             self.counts.add(frame, len(convoy.track_rows))
+            if self.first_s is None and frame.on_road:
+                self.first_s = frame.time_s
             if frame.step % 10 == 0:
                 elapsed_s = (frame.step + 1) * session.step_s
                 self.report(
@@ -196,6 +199,13 @@ class _Run:
         self.report(Progress(self.scenario.name, stage=stage, note=note))
 
     def _say_what_did_not_happen(self) -> None:
+        begin_s, asked_s = self.ground.options.begin_s, self.scenario.duration_s
+        if asked_s is not None and self.first_s is not None and self.first_s - begin_s > asked_s + self.session.step_s:
+            self._say(
+                f"nobody departed in the first {asked_s:g} s; they count from the first departure, at"
+                f" {self.first_s:g} s (traffic.begin_s = {self.first_s // 1:g} begins there)",
+                "writing tables",
+            )
         idle = [plan.name for plan, begun in zip(self.plans, self.convoy.attacks, strict=True) if begun == 0]
         if idle:
             self._say(

@@ -45,8 +45,8 @@ def find(argument: str | Path) -> Found:
         raise GpsecError(f"{argument}: no such file or folder{_meant(path)}")
     if path.is_dir():
         return _in_folder(path)
-    if path.suffix == ".sumocfg":
-        return Found(None, path.parent, path, path.stem)
+    if stem := _sumocfg_stem(path.name):
+        return Found(None, path.parent, path, stem)
     if path.suffix == ".toml":
         return Found(path, path.parent, None, _folder_name(path.parent))
     found = path.suffix or path.name
@@ -117,6 +117,17 @@ def _in_folder(folder: Path) -> Found:
         hint = f"; the folders {', '.join(inside)} in it are scenarios" if inside else ""
         raise GpsecError(f"{folder}: expected a {TOML_NAME} or one .sumocfg, found neither{hint}")
     return Found(None, folder, only_sumocfg(folder), _folder_name(folder))
+
+
+def _sumocfg_stem(name: str) -> str:
+    """Return what stands before the ending of a SUMO configuration, empty where `name` is not that of one.
+
+    Old ones end in ``.sumo.cfg``, and SUMO's own examples in ``.sumocfg.disabled`` where its tests leave them out.
+    """
+    for ending in (".sumocfg", ".sumocfg.xml", ".sumo.cfg", ".sumocfg.disabled"):
+        if name.endswith(ending):
+            return name.removesuffix(ending)
+    return ""
 
 
 def _folder_name(folder: Path) -> str:

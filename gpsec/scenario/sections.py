@@ -5,6 +5,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator
 
+from gpsec.attacks.plans import MAX_TIME_S
 from gpsec.scenario import choices
 
 
@@ -60,10 +61,12 @@ class TrafficSection(Section):
     """How SUMO is run.
 
     Attributes:
+        begin_s: simulated time at which SUMO begins; unset takes the scenario's own.
         step_s: length of a step; unset takes 0.1 s, or the scenario's own where that is shorter.
         lateral_resolution_m: width of SUMO's sublanes; unset takes the scenario's own, or 0.8 m; 0 turns them off.
     """
 
+    begin_s: Annotated[float | None, Unset] = Field(None, ge=0.0, le=MAX_TIME_S)
     # The filters are not valid for longer steps.
     step_s: Annotated[float | None, Unset] = Field(None, ge=0.001, le=0.2)
     lateral_resolution_m: Annotated[float | None, Unset] = Field(None, ge=0.0, le=5.0)

@@ -5,6 +5,7 @@ import re
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import BinaryIO, cast
 from xml.etree import ElementTree
@@ -68,13 +69,24 @@ def first_match(path: Path, pattern: bytes) -> str:
     return next(all_matches(path, pattern), "")
 
 
-def own_parameters(path: Path) -> Iterator[OwnParameter]:
-    """Yield the ``gpsec.…`` parameters in an additional or route file; a broken file yields what can be read.
+def own_parameters(path: Path) -> tuple[OwnParameter, ...]:
+    """Return the ``gpsec.…`` parameters in an additional or route file, and in what it includes.
 
-    libsumo gives a parameter only to those who know its key, so a misspelt one is seen only here.
+    libsumo gives a parameter only to those who know its key, so a misspelt one is seen only here. Of a broken file
+    come those that can be read.
     """
-    if not first_match(path, rb"""key\s*=\s*["'](gpsec\.)"""):
-        return
+    try:
+        status = path.stat()
+    except OSError:
+        return ()
+    return _own_parameters(path, status.st_mtime_ns, status.st_size)
+
+
+@lru_cache(maxsize=256)  # several stages look, and a route file may have hundreds of megabytes
+def _own_parameters(path: Path, changed_ns: int, size: int) -> tuple[OwnParameter, ...]:
+    if not first_match(path, rb"""(key\s*=\s*["']gpsec\.|<include\s)"""):
+        return ()
+    found: list[OwnParameter] = []
     owners: list[ElementTree.Element] = []
     try:
         with open_input(path) as stream:
@@ -86,9 +98,11 @@ def own_parameters(path: Path) -> Iterator[OwnParameter]:
                 key = element.get("key", "")
                 if element.tag == "param" and key.startswith(PREFIX) and owners:
                     owner = owners[-1]
-                    yield OwnParameter(
-                        path, owner.tag, owner.get("id", ""), owner.get("type", ""), key, element.get("value", "")
-                    )
+                    names = owner.tag, owner.get("id", ""), owner.get("type", "")
+                    found.append(OwnParameter(path, *names, key, element.get("value", "")))
+                if element.tag == "include" and len(owners) == 1:
+                    found += own_parameters(path.parent / element.get("href", ""))
                 owners.append(element)
-    except UNREADABLE:
-        return  # SUMO will say what is wrong with the file
+    except (*UNREADABLE, RecursionError):
+        pass  # SUMO will say what is wrong with the file
+    return tuple(found)

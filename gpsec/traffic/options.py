@@ -64,7 +64,12 @@ class SumoOptions:
 
 
 def resolve_options(
-    config_file: Path, *, seed: int, step_s: float | None = None, lateral_resolution_m: float | None = None
+    config_file: Path,
+    *,
+    seed: int,
+    step_s: float | None = None,
+    lateral_resolution_m: float | None = None,
+    begin_s: float | None = None,
 ) -> SumoOptions:
     """Return how to run the configuration `config_file` in-process, without it writing beside itself.
 
@@ -73,6 +78,7 @@ def resolve_options(
         seed: of the run; SUMO gets it modulo 2³¹.
         step_s: None takes the scenario's step, lowered to 0.1 s where it is longer.
         lateral_resolution_m: None takes the scenario's own or 0.8 m, 0 switches sublanes off.
+        begin_s: simulated time to begin at; None takes the scenario's own.
 
     Raises:
         GpsecError: a file is missing, an option is unknown, or `step_s` is outside (0, 0.2].
@@ -83,27 +89,39 @@ def resolve_options(
     step = _step(config, step_s, notes)
     lateral = _lateral_resolution(config, files, lateral_resolution_m, notes)
     sumo_seed = seed % 2**31
+    end = _seconds(config, "end", -1.0)
+    begin = _begin(config, begin_s, end)
     chosen = {
         **_kept_values(config, files, notes),
+        **({} if begin_s is None else {"begin": f"{begin:.10g}"}),
         "step-length": f"{step:g}",
         "seed": str(sumo_seed),
         **_QUIET,
         **({"lateral-resolution": f"{lateral:g}"} if lateral > 0.0 else {}),
     }
-    end = _seconds(config, "end", -1.0)
     return SumoOptions(
         config=config.path,
         arguments=tuple(part for name, value in chosen.items() for part in (f"--{name}", value)),
         net_file=files["net-file"][0],
         route_files=tuple(files["route-files"]),
         additional_files=tuple(files["additional-files"]),
-        begin_s=_seconds(config, "begin", 0.0),
+        begin_s=begin,
         end_s=end if end >= 0.0 else None,
         step_s=step,
         lateral_resolution_m=lateral,
         seed=sumo_seed,
         notes=tuple(notes),
     )
+
+
+def _begin(config: SumoConfig, asked_s: float | None, end_s: float) -> float:
+    if asked_s is None:
+        return _seconds(config, "begin", 0.0)
+    if 0.0 <= end_s <= asked_s:
+        raise GpsecError(
+            f"traffic.begin_s: expected less than the end in {config.path}, {end_s:g} s, found {asked_s:g} s"
+        )
+    return asked_s
 
 
 def _input_files(config: SumoConfig) -> dict[str, list[Path]]:
@@ -147,7 +165,11 @@ def _step(config: SumoConfig, asked_s: float | None, notes: list[str]) -> float:
             f"'{config.values['step-length']}'; the usual one is {DEFAULT_STEP_S:g} s"
         )
     if own_s > DEFAULT_STEP_S:
-        notes.append(f"step-length lowered from {own_s:g} to {DEFAULT_STEP_S:g} s")
+        keeps = "keeps the scenario's own" if own_s <= MAX_STEP_S else "comes closest to it"
+        notes.append(
+            f"step-length lowered from {own_s:g} to {DEFAULT_STEP_S:g} s; "
+            f"traffic.step_s = {min(own_s, MAX_STEP_S):g} {keeps}"
+        )
         return DEFAULT_STEP_S
     return own_s
 
@@ -174,7 +196,10 @@ def _lateral_resolution(
         if model := first_match(path, _LANE_MODELS_WITHOUT_SUBLANES):
             notes.append(f"lateral-resolution left off: {path.name} uses lane-change model {model}")
             return 0.0
-    notes.append(f"lateral-resolution set to {DEFAULT_LATERAL_RESOLUTION_M:g} m")
+    notes.append(
+        f"lateral-resolution set to {DEFAULT_LATERAL_RESOLUTION_M:g} m; traffic.lateral_resolution_m = 0 keeps the "
+        "scenario's own lane changes, which take one step"
+    )
     return DEFAULT_LATERAL_RESOLUTION_M
 
 

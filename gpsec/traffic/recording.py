@@ -18,7 +18,7 @@ from gpsec.errors import GpsecError
 from gpsec.traffic.clock import step_count
 from gpsec.traffic.source import Departure, Frame, TrafficSource
 
-FORMAT = 2
+FORMAT = 3
 Names = NDArray[np.str_]
 
 
@@ -42,6 +42,8 @@ class Recording:
         equipped_share: (D,) 0 where the type has none.
         has_equipped_share: (D,).
         sensors: (D,) empty where the type has none.
+        spoofer_start: (F + 1,) as `start`, for the vehicles that carry a spoofer.
+        spoofer_plan, spoofer_m: (S,), (S, 2) one a carrier and frame: name of its plan, and where it is.
     """
 
     step_s: Floats
@@ -66,6 +68,9 @@ class Recording:
     equipped_share: Floats
     has_equipped_share: Flags
     sensors: Names
+    spoofer_start: Longs
+    spoofer_plan: Names
+    spoofer_m: Floats
 
     def __len__(self) -> int:
         return len(self.step)
@@ -84,7 +89,12 @@ class Recording:
             front_m=self.front_m[of].copy(),
             lane=self.lane[of].copy(),
             on_road=int(self.on_road[number]),
+            spoofers_m=self._spoofers_m(slice(self.spoofer_start[number], self.spoofer_start[number + 1])),
         )
+
+    def _spoofers_m(self, of: slice) -> dict[str, Floats]:
+        plans = self.spoofer_plan[of]
+        return {str(plan): self.spoofer_m[of][plans == plan] for plan in dict.fromkeys(plans.tolist())}
 
     def _departure(self, at: int) -> Departure:
         return Departure(
@@ -141,9 +151,15 @@ class Recording:
         """Refuse arrays that do not fit together."""
         frames = (self.step, self.time_s, self.on_road)
         vehicles = (self.rows, self.front_m, self.lane)
-        entered = [getattr(self, field.name) for field in fields(self)[11:]]
-        sizes = ((self.start, vehicles), (self.left_start, (self.left,)), (self.departure_start, entered))
-        whole = self.front_m.ndim == 2 and all(len(array) == len(self.step) for array in frames)
+        entered = [getattr(self, field.name) for field in fields(self)[11:-3]]
+        carriers = (self.spoofer_plan, self.spoofer_m)
+        sizes = (
+            (self.start, vehicles),
+            (self.left_start, (self.left,)),
+            (self.departure_start, entered),
+            (self.spoofer_start, carriers),
+        )
+        whole = self.front_m.ndim == self.spoofer_m.ndim == 2 and all(len(array) == len(self.step) for array in frames)
         for start, arrays in sizes:
             whole = whole and len(start) == len(self.step) + 1 and start[0] == 0 and bool((np.diff(start) >= 0).all())
             whole = whole and all(len(array) == start[-1] for array in arrays)
@@ -155,6 +171,7 @@ def record(source: TrafficSource, duration_s: float | None) -> Recording:
     """Run `source` to its end or for `duration_s` and return all it gave; the source stays open."""
     frames = list(source.frames(duration_s))
     entered = [departure for frame in frames for departure in frame.departures]
+    carriers = [[(plan, at) for plan, at_m in frame.spoofers_m.items() for at in at_m] for frame in frames]
 
     def of_vehicles(name: str, blank: NDArray[Any]) -> Any:
         return np.concatenate([blank, *(getattr(frame, name) for frame in frames)])
@@ -185,6 +202,9 @@ def record(source: TrafficSource, duration_s: float | None) -> Recording:
         equipped_share=np.array([departure.equipped_share or 0.0 for departure in entered], np.float64),
         has_equipped_share=np.array([departure.equipped_share is not None for departure in entered], np.bool_),
         sensors=np.array([departure.sensors or "" for departure in entered], np.str_),
+        spoofer_start=_starts([len(those) for those in carriers]),
+        spoofer_plan=np.array([plan for those in carriers for plan, _ in those], np.str_),
+        spoofer_m=np.array([at for those in carriers for _, at in those], np.float64).reshape(-1, 2),
     )
 
 

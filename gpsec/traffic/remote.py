@@ -60,7 +60,7 @@ class Head:
     """What goes through the pipe for a step.
 
     Attributes:
-        step, time_s, left, departures, on_road: as in `Frame`.
+        step, time_s, left, departures, on_road, spoofers_m: as in `Frame`.
         count: vehicles in the ring.
         sumo_s, read_s: seconds spent so far.
         frame: the whole step where it did not fit the ring.
@@ -71,6 +71,7 @@ class Head:
     left: list[int]
     departures: list[Departure]
     on_road: int
+    spoofers_m: Mapping[str, Floats]
     count: int
     sumo_s: float
     read_s: float
@@ -159,7 +160,9 @@ class RemoteSession:
 
     def _frame(self, head: Head) -> Frame:
         rows, front_m, lane = self._ring.take(head.step, head.count)
-        return Frame(head.step, head.time_s, head.left, head.departures, rows, front_m, lane, head.on_road)
+        return Frame(
+            head.step, head.time_s, head.left, head.departures, rows, front_m, lane, head.on_road, head.spoofers_m
+        )
 
     def _receive(self) -> Any:
         try:
@@ -219,6 +222,7 @@ def _send_frames(connection: Connection, ring: Ring, session: "SumoSession", dur
                 frame.left,
                 frame.departures,
                 frame.on_road,
+                frame.spoofers_m,
                 len(frame.rows),
                 session.sumo_s,
                 session.read_s,

@@ -10,11 +10,10 @@ import numpy as np
 from gpsec.arrays import Flags, Floats, Ints, Longs
 from gpsec.fleet import Slots
 from gpsec.geo import yaw_from_sumo_angle
+from gpsec.traffic.carried import NOWHERE_M, Spoofers
 from gpsec.traffic.source import Departure, Equip
 from gpsec.traffic.vehicletypes import VehicleType, read_type
 
-# SUMO gives −2³⁰ where a vehicle is nowhere.
-_NOWHERE_M = -1e9
 # A move may be this much longer than the speed allows before it counts as a jump.
 JUMP_MARGIN_M = 1.0
 # Speed is only asked for where a move is this much longer than the last one.
@@ -30,9 +29,11 @@ class Roster:
     Attributes:
         left: rows that were left in the last step.
         departures: vehicles that entered in the last step.
+        spoofers: vehicles that carry one; never equipped.
     """
 
-    def __init__(self, lane_index: Mapping[str, int], equip: Equip) -> None:
+    def __init__(self, lane_index: Mapping[str, int], equip: Equip, spoofers: Spoofers) -> None:
+        self.spoofers = spoofers
         self.left: list[int] = []
         self.departures: list[Departure] = []
         self._lane_index = lane_index
@@ -75,6 +76,7 @@ class Roster:
         """Take off the road who arrived, began to teleport or to park."""
         simulation = libsumo.simulation
         for vehicle_id in simulation.getArrivedIDList():
+            self.spoofers.forget(vehicle_id)
             if vehicle_id in self._lives:
                 self._forget(vehicle_id)
         for vehicle_id in simulation.getStartingTeleportIDList() + simulation.getParkingStartingVehiclesIDList():
@@ -132,7 +134,10 @@ class Roster:
             yield vehicle_id
 
     def _equip_if_on_roads(self, vehicle_id: str) -> bool:
-        kind = self._type(libsumo.vehicle.getTypeID(vehicle_id))
+        type_id = libsumo.vehicle.getTypeID(vehicle_id)
+        if self.spoofers.enter(vehicle_id, type_id):
+            return False
+        kind = self._type(type_id)
         return kind.on_roads and self._equip(self._departure(vehicle_id, vehicle_id, -1))
 
     def _try_to_enter(self, vehicle_id: str, step_s: float) -> None:
@@ -214,4 +219,4 @@ def _reach_m(vehicle_id: str, step_s: float) -> float:
 
 
 def _on_map(front_m: Floats, lane: Ints) -> Flags:
-    return np.asarray((front_m[:, 0] > _NOWHERE_M) & (lane >= 0))
+    return np.asarray((front_m[:, 0] > NOWHERE_M) & (lane >= 0))

@@ -11,6 +11,7 @@ from typing import Self
 import libsumo
 
 from gpsec.errors import GpsecError
+from gpsec.traffic.carried import Spoofers, carried_attacks, check_departing
 from gpsec.traffic.clock import step_count
 from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.roster import Roster
@@ -60,7 +61,8 @@ class SumoSession:
         self.warnings: list[str] = []
         self._input_files = (*options.additional_files, *options.route_files)
         check_type_keys(self._input_files)
-        self._roster = Roster(lane_index, equip)
+        check_departing(self._input_files)
+        self._roster = Roster(lane_index, equip, Spoofers(carried_attacks(self._input_files)))
         self._step = 0
         self._open = True
         self._stderr = CaughtStderr()
@@ -106,15 +108,24 @@ class SumoSession:
     def frames(self, duration_s: float | None = None) -> Iterator[Frame]:
         """Yield the steps until no vehicle is left or to come, the scenario ends, or `duration_s` is over.
 
+        Where nobody has departed by then (a day's traffic that begins late), `duration_s` counts from the first one.
+
         Raises:
             GpsecError: SUMO gives up, in its words.
         """
-        limits_s = [] if duration_s is None else [self._step * self.step_s + duration_s]
-        if self.options.end_s is not None:
-            limits_s.append(self.options.end_s - self._begin_s)
-        last = step_count(min(limits_s), self.step_s) if limits_s else None
-        while (last is None or self._step < last) and libsumo.simulation.getMinExpectedNumber() > 0:
-            yield self._next_frame()
+        asked = None if duration_s is None else step_count(self._step * self.step_s + duration_s, self.step_s)
+        end_s = self.options.end_s
+        end = None if end_s is None else step_count(end_s - self._begin_s, self.step_s)
+        anybody = False
+        while libsumo.simulation.getMinExpectedNumber() > 0 and (end is None or self._step < end):
+            if asked is not None and self._step >= asked and (anybody or duration_s == 0.0):
+                return
+            frame = self._next_frame()
+            if not anybody and frame.on_road > 0:
+                anybody = True
+                if duration_s is not None and asked is not None and frame.step >= asked:
+                    asked = frame.step + step_count(duration_s, self.step_s)
+            yield frame
 
     def _next_frame(self) -> Frame:
         before = perf_counter()
@@ -135,6 +146,7 @@ class SumoSession:
             front_m=front_m,
             lane=lane,
             on_road=libsumo.vehicle.getIDCount(),
+            spoofers_m=self._roster.spoofers.positions(),
         )
         self._step += 1
         self.sumo_s += stepped - before

@@ -1,7 +1,7 @@
 """What any source of traffic gives to the loop: libsumo, a recording, later a real log."""
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
 from typing import Protocol
 
 from gpsec.arrays import Floats, Ints
@@ -50,6 +50,7 @@ class Frame:
         front_m: (N, 2) centre of the front bumper in the net's frame.
         lane: (N,) index of the lane in the HD map.
         on_road: number of vehicles in the simulation, equipped or not.
+        spoofers_m: name of a plan -> (n, 2) where those are that carry its spoofer.
     """
 
     step: int
@@ -60,6 +61,7 @@ class Frame:
     front_m: Floats
     lane: Ints
     on_road: int
+    spoofers_m: Mapping[str, Floats] = field(default_factory=dict)
 
 
 # Decides whether a vehicle is part of the fleet; its row is not set yet (-1).

@@ -6,6 +6,7 @@ from math import inf
 from pathlib import Path
 
 from gpsec.errors import GpsecError, nearest
+from gpsec.traffic.carried import ATTACK_KEY, carried_attacks
 from gpsec.traffic.inputs import PREFIX, all_matches, first_match, own_parameters
 
 # Everything that drives on roads with four wheels or more, for which the single-track body, the lane camera and the
@@ -33,7 +34,7 @@ ROAD_CLASSES = frozenset(
 )
 
 _TYPE_ID = rb"""<vType(?:Distribution)?\s[^>]*?\bid\s*=\s*["']([^"']+)["']"""
-TYPE_KEYS = ("gpsec.equipped", "gpsec.sensors")
+TYPE_KEYS = (f"{PREFIX}equipped", f"{PREFIX}sensors")
 
 
 @dataclass(frozen=True)
@@ -87,20 +88,28 @@ def check_type_keys(files: tuple[Path, ...]) -> None:
     Raises:
         GpsecError: naming the file, the type and the key.
     """
+    spoofers = {attack.owner_id for attack in carried_attacks(files) if attack.element == "vType"}
     for file in files:
         for found in own_parameters(file):
-            if found.element == "vType" and found.key not in TYPE_KEYS:
+            where = f"{found.file}: {found.element} '{found.owner_id}'"
+            if found.element != "vType":
+                if found.key in TYPE_KEYS:
+                    raise GpsecError(
+                        f"{where}: parameter '{found.key}': expected it in a vType, for all vehicles of the type"
+                    )
+                continue
+            if found.owner_id in spoofers:
+                if found.key in TYPE_KEYS:
+                    raise GpsecError(
+                        f"{where}: parameter '{found.key}': expected none beside '{ATTACK_KEY}', since a spoofer is "
+                        "not part of the fleet"
+                    )
+            elif found.key not in TYPE_KEYS:
                 raise GpsecError(
-                    f"{file}: vType '{found.owner_id}': unknown parameter '{found.key}': "
-                    f"{nearest(found.key, TYPE_KEYS)}"
+                    f"{where}: unknown parameter '{found.key}': {nearest(found.key, (*TYPE_KEYS, ATTACK_KEY))}"
                 )
-            if found.element == "vType" and found.key == f"{PREFIX}equipped":
-                _share(f"{file}: vType '{found.owner_id}'", found.value)
-            if found.key in TYPE_KEYS and found.element != "vType":
-                raise GpsecError(
-                    f"{file}: {found.element} '{found.owner_id}': parameter '{found.key}': expected it in a vType, "
-                    "for all vehicles of the type"
-                )
+            if found.key == f"{PREFIX}equipped":
+                _share(where, found.value)
 
 
 def check_type_names(names: Sequence[str], files: tuple[Path, ...], where: str) -> None:
@@ -122,7 +131,7 @@ def check_type_names(names: Sequence[str], files: tuple[Path, ...], where: str) 
 def named_sensors(files: tuple[Path, ...]) -> dict[str, str]:
     """Return the sensor profiles that vehicle types in `files` name, with where they do, for error messages."""
     return {
-        found.value: f"{file}: vType '{found.owner_id}'"
+        found.value: f"{found.file}: vType '{found.owner_id}'"
         for file in files
         for found in own_parameters(file)
         if found.element == "vType" and found.key == f"{PREFIX}sensors" and found.value

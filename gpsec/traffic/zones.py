@@ -9,7 +9,8 @@ import numpy as np
 
 from gpsec.arrays import Floats
 from gpsec.errors import GpsecError, nearest
-from gpsec.traffic.inputs import PREFIX, own_parameters
+from gpsec.traffic.carried import ATTACK_KEY, DEPARTING
+from gpsec.traffic.inputs import own_parameters
 from gpsec.traffic.options import SumoOptions
 
 ZONE_TYPE = "gpsec.attack"
@@ -92,13 +93,15 @@ def _parameters(domain: Any, zone: str, known_keys: Collection[str]) -> dict[str
 def _refuse_unknown_keys(known_keys: Collection[str], files: tuple[Path, ...]) -> None:
     for file in files:
         for found in own_parameters(file):
-            if found.key == f"{PREFIX}attack" and found.owner_type != ZONE_TYPE:
+            if found.element in ("vType", *DEPARTING):
+                continue  # what vehicles carry is looked at elsewhere
+            if found.key == ATTACK_KEY and found.owner_type != ZONE_TYPE:
                 raise GpsecError(
-                    f"{file}: {found.element} '{found.owner_id}': parameter '{found.key}': expected it in a poly or "
-                    f"poi of type '{ZONE_TYPE}', found type '{found.owner_type}'"
+                    f"{found.file}: {found.element} '{found.owner_id}': parameter '{found.key}': expected it in a poly "
+                    f"or poi of type '{ZONE_TYPE}', found type '{found.owner_type}'"
                 )
             if found.element in ("poly", "poi") and found.owner_type == ZONE_TYPE and found.key not in known_keys:
                 raise GpsecError(
-                    f"{file}: zone '{found.owner_id}': unknown parameter '{found.key}': "
+                    f"{found.file}: zone '{found.owner_id}': unknown parameter '{found.key}': "
                     f"{nearest(found.key, known_keys)}"
                 )

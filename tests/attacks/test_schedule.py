@@ -113,8 +113,29 @@ def test_no_attack_begins_before_begin_or_lasts_beyond_end() -> None:
 
 def test_vehicles_of_other_types_are_spared() -> None:
     plan = make_plan(vehicle_types=["van", "truck"])
-    assert [plan.aims_at(kind) for kind in ("van", "car", "truck")] == [True, False, True]
-    assert make_plan().aims_at("car")
+    assert [plan.aims_at(kind, "v") for kind in ("van", "car", "truck")] == [True, False, True]
+    assert make_plan().aims_at("car", "v")
+
+
+@pytest.mark.parametrize(
+    ("vehicles", "aimed"),
+    [
+        (["v"], {"v"}),
+        (["east.*"], {"east.0", "east.17"}),
+        (["v", "east.?"], {"v", "east.0"}),
+        (["[[]1]"], {"[1]"}),
+    ],
+)
+def test_vehicles_are_aimed_at_by_their_ids(vehicles: list[str], aimed: set[str]) -> None:
+    plan = make_plan(vehicles=vehicles)
+    ids = ("v", "V", "east", "east.0", "east.17", "[1]", "1")
+    assert {name for name in ids if plan.aims_at("car", name)} == aimed
+
+
+def test_vehicles_and_types_must_both_fit() -> None:
+    plan = make_plan(vehicles=["a*"], vehicle_types=["van"])
+    found = [plan.aims_at(kind, name) for kind in ("van", "car") for name in ("a1", "b1")]
+    assert found == [True, False, False, False]
     schedule = entered(plan, type_ok=ROWS % 4 == 0)
     assert np.array_equal(schedule.state != SPARED, ROWS % 4 == 0)
 
@@ -191,6 +212,51 @@ def test_the_share_holds_in_zones() -> None:
     assert np.array_equal(starting, ROWS[make_plan(share=0.5).select(KEYS, ALL)])
 
 
+AROUND_VAN = Zone("van", np.zeros((0, 2)), radius_m=5.0, hold_s=2.0)
+
+
+def follow_van(plan: Plan, schedule: Schedule, victim: list[float], vans: list[list[float]]) -> list[bool]:
+    """Whether vehicle 0, at (x, 0) in each step, is under attack; the vans are at (x, 3)."""
+    active, result = False, []
+    for step, (x, others) in enumerate(zip(victim, vans, strict=True)):
+        spoofers = {"van": np.array([[x, 3.0] for x in others]).reshape(-1, 2)} if others else {}
+        starting, ending = plan.advance(schedule, ROWS[:1], np.array([[x, 0.0]]), step, spoofers)
+        active = (active or len(starting) > 0) and len(ending) == 0
+        result.append(active)
+    return result
+
+
+def test_a_spoofer_in_traffic_takes_whom_it_comes_near_and_holds_on_for_a_while() -> None:
+    """In reach are 4 m along the road (3-4-5). Out of it in step 3, back in 4, out from step 6: held for two steps."""
+    plan = make_plan(zone=AROUND_VAN)
+    victim = [0.0] * 10
+    vans = [[9.0], [4.0], [-4.0], [-5.0], [4.0], [0.0], [8.0], [4.1], [], [0.0]]
+    active = [False, True, True, True, True, True, True, True, False, False]
+    assert follow_van(plan, one(plan), victim, vans) == active
+
+
+def test_in_reach_of_any_of_the_vans_and_of_those_of_its_plan_alone() -> None:
+    plan = make_plan(zone=AROUND_VAN)
+    assert follow_van(plan, one(plan), [0.0, 0.0], [[50.0, 60.0], [50.0, -1.0]]) == [False, True]
+    near = {"other": np.zeros((1, 2))}
+    assert not len(plan.advance(one(plan), ROWS[:1], np.zeros((1, 2)), 0, near)[0])
+
+
+def test_a_spoofer_without_a_hold_lets_go_at_once() -> None:
+    plan = make_plan(zone=Zone("van", np.zeros((0, 2)), radius_m=5.0))
+    assert follow_van(plan, one(plan), [0.0] * 3, [[0.0], [9.0], [0.0]]) == [True, False, False]
+
+
+def test_a_row_that_is_used_again_knows_nothing_of_its_last_vehicle() -> None:
+    plan = make_plan(zone=AROUND_VAN)
+    schedule = one(plan)
+    follow_van(plan, schedule, [0.0], [[0.0]])
+    schedule.reset(ROWS[:1])
+    plan.enter(schedule, ROWS[:1], KEYS[:1], ALL[:1], 1, SECONDS)
+    assert schedule.inside_step[0] == -1
+    assert follow_van(plan, schedule, [0.0, 0.0, 0.0], [[9.0], [9.0], [0.0]]) == [False, False, True]
+
+
 def test_plans_of_a_run() -> None:
     configs = [
         plan_config({"attack": "replay", "delay_s": 7}, "t"),
@@ -202,6 +268,16 @@ def test_plans_of_a_run() -> None:
     assert needed_memory_s(plans) == 7.0
     assert needed_memory_s(plans[1:]) == 0.0
     assert needed_memory_s([]) == 0.0
+
+
+def test_plans_that_vehicles_carry_come_last_and_their_spoofers_are_zones() -> None:
+    van = plan_config({"attack": "jamming", "name": "van", "zone": "van"}, "t")
+    car = plan_config({"attack": "drift", "name": "v", "vehicles": ["v"]}, "t")
+    near = plan_config({"attack": "drift", "zone": "van"}, "t")
+    plans = build_plans([near], [], [(van, AROUND_VAN, "a.rou.xml: vType 'van'"), (car, None, "a.rou.xml: trip 'v'")])
+    assert [(plan.name, plan.zone) for plan in plans] == [("drift", AROUND_VAN), ("van", AROUND_VAN), ("v", None)]
+    with pytest.raises(GpsecError, match=r"^a\.rou\.xml: trip 'v': name: expected a name that no other plan has"):
+        build_plans([], [], [(car, None, "x"), (car, None, "a.rou.xml: trip 'v'")])
 
 
 def test_plans_that_do_not_go_together() -> None:

@@ -22,6 +22,23 @@ def test_own_parameters_come_with_their_owner(tmp_path, pack):
     ]
 
 
+def test_what_a_file_includes_belongs_to_it(tmp_path):
+    (tmp_path / "more.add.xml").write_text(CONTENT)
+    (tmp_path / "all.add.xml").write_text('<additional><include href="more.add.xml"/></additional>')
+    assert [(found.file.name, found.key) for found in own_parameters(tmp_path / "all.add.xml")] == [
+        ("more.add.xml", "gpsec.share"),
+        ("more.add.xml", "gpsec.equipped"),
+    ]
+
+
+def test_a_file_that_has_changed_is_read_again(tmp_path):
+    path = tmp_path / "more.add.xml"
+    path.write_text(CONTENT)
+    assert len(own_parameters(path)) == 2
+    path.write_text("<additional/>")
+    assert own_parameters(path) == ()
+
+
 def test_broken_file_yields_what_can_be_read(tmp_path):
     path = tmp_path / "more.add.xml"
     path.write_text(CONTENT[:-30])

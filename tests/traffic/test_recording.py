@@ -25,8 +25,10 @@ class Made:
         def frame(step, left, departures, rows):
             front = np.array([[step + 0.1 * row, 1.0 / (row + 3)] for row in rows]).reshape(-1, 2)
             rows = np.array(rows, np.int32)
-            return Frame(step, 7.0 + step / 10, left, departures, rows, front, rows + np.int32(5), 9 + step)
+            lane = rows + np.int32(5)
+            return Frame(step, 7.0 + step / 10, left, departures, rows, front, lane, 9 + step, spoofers[step])
 
+        spoofers = [{"van": np.array([[1.0, 2.0], [3.0, 4.0]])}, {}, {"b": np.ones((1, 2)), "a": np.zeros((1, 2))}]
         yield frame(0, [], [departure(0, "a", 0.0, "dsd"), departure(1, "long name")], [0, 1])
         yield frame(1, [0], [departure(0, "a#2", 1.0)], [0, 1])
         yield frame(2, [0, 1], [], [])
@@ -40,6 +42,8 @@ def assert_same(found, expected):
             if isinstance(right, np.ndarray):
                 assert (left.dtype, left.shape, left.tobytes()) == (right.dtype, right.shape, right.tobytes())
                 assert left.flags.writeable
+            elif field.name == "spoofers_m":
+                assert {plan: at.tolist() for plan, at in left.items()} == {k: at.tolist() for k, at in right.items()}
             else:
                 assert left == right
                 assert type(left) is type(right)
@@ -109,8 +113,8 @@ def changed(path, **arrays):
 @pytest.mark.parametrize(
     ("arrays", "message"),
     [
-        ({"format": np.array([99])}, r"expected a recording of format 2, found \[99\]"),
-        ({"format": None}, "expected a recording of format 2"),
+        ({"format": np.array([99])}, r"expected a recording of format 3, found \[99\]"),
+        ({"format": None}, "expected a recording of format 3"),
         ({"lane": None}, "other arrays than expected: lane"),
         ({"extra": np.zeros(1)}, "other arrays than expected: extra"),
         ({"start": np.array([0, 2, 9, 4])}, "do not fit together"),

@@ -20,6 +20,8 @@ FLOWS = (
     CAR
     + '<flow id="f" type="car" begin="0" end="40" period="2" from="A0B0" to="B2C2"/>'
     + '<flow id="g" type="car" begin="0" end="40" period="3" from="C2B2" to="B0A0"/>'
+    + '<vType id="van" vClass="delivery"><param key="gpsec.attack" value="drift"/></vType>'
+    + '<trip id="s" type="van" depart="7" from="A0B0" to="B2C2"/>'
 )
 ZONE = (
     '<poly id="z" type="gpsec.attack" shape="0,0 9,0 9,9"><param key="gpsec.attack" value="jamming"/></poly>'
@@ -48,6 +50,7 @@ def test_frames_are_those_of_the_session_to_the_byte(scenario, lane_index, equip
     for name, array in vars(here).items():
         np.testing.assert_array_equal(array, getattr(there, name), err_msg=name, strict=True)
     assert max(np.diff(here.start)) > 3
+    assert set(here.spoofer_plan.tolist()) == {"van"}
 
 
 def test_a_reader_may_be_slower_than_the_simulation(scenario, lane_index):

@@ -115,8 +115,11 @@ def test_scenarios_of_the_wheel_run_and_stay_as_they_were(name, run):
         ('<begin value="10"/><end value="12"/>', 0.5, 5),
         ('<begin value="10"/><end value="12"/>', 60.0, 20),
         ('<begin value="10"/><end value="12"/><step-length value="0.05"/>', None, 40),
-        ("", 0.3, 3),  # 0.3 / 0.1 is a little less than 3 in binary
+        ('<begin value="10"/>', 0.3, 3),  # 0.3 / 0.1 is a little less than 3 in binary
         ("", 0.0, 0),
+        # Nobody departs in the first five seconds; they count from the departure at 10 s, in step 100.
+        ("", 5.0, 150),
+        ('<end value="12"/>', 5.0, 120),
     ],
 )
 def test_run_ends_at_the_scenarios_end_or_after_the_duration(scenario, run, options, duration_s, steps):

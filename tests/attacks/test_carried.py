@@ -1,0 +1,111 @@
+"""Attacks that vehicles carry, as plans; and what is refused in which words."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from gpsec.attacks.carried import plans_from_vehicles
+from gpsec.attacks.drift import Drift
+from gpsec.attacks.plans import MAX_TIME_S
+from gpsec.errors import GpsecError
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a traffic source gives."""
+
+    plan: str = "van"
+    transmits: bool = True
+    stated: bool = False
+    vehicles: str = "v"
+    where: str = "a.rou.xml: vType 'van'"
+    parameters: dict[str, str] = field(default_factory=lambda: {"gpsec.attack": "drift"})
+
+
+def drift(**others: str) -> dict[str, str]:
+    return {"gpsec.attack": "drift"} | {f"gpsec.{key}": value for key, value in others.items()}
+
+
+def test_a_spoofer_reaches_as_far_as_was_published_and_spares_nobody() -> None:
+    [(config, zone, where)] = plans_from_vehicles([Found()])
+    assert (config.name, config.zone, config.share, config.vehicles) == ("van", "van", 1.0, ())
+    assert (config.begin_s, config.end_s) == (0.0, None)
+    assert config.build_attack() == Drift()
+    assert zone is not None
+    assert zone.moves
+    assert (zone.zone_id, zone.hold_s) == ("van", 3.0)
+    assert 40.0 <= zone.radius_m <= 50.0
+    assert where == "a.rou.xml: vType 'van'"
+
+
+def test_a_spoofer_that_says_everything() -> None:
+    said = drift(
+        radius_m="30", hold_s="0", begin="5", end="60", share="0.5", rate_mps="0.3", plan="two", direction_deg="0"
+    )
+    [(config, zone, _)] = plans_from_vehicles([Found(plan="two", stated=True, parameters=said)])
+    assert (config.name, config.begin_s, config.end_s, config.share) == ("two", 5.0, 60.0, 0.5)
+    assert config.build_attack() == Drift(rate_mps=0.3, direction_deg=0.0)
+    assert zone is not None
+    assert (zone.radius_m, zone.hold_s) == (30.0, 0.0)
+    position = np.array([[0.0, 0.0], [30.0, 0.0], [30.1, 0.0], [70.0, 0.0]])
+    spoofers = {"two": np.array([[0.0, 0.0], [100.0, 0.0]]), "van": np.array([[30.1, 0.0]])}
+    assert zone.contains(position, spoofers).tolist() == [True, True, False, True]
+    assert not zone.contains(position, {}).any()
+
+
+def test_a_vehicle_that_is_attacked_itself_is_from_when_it_has_settled() -> None:
+    own = Found(plan="east", transmits=False, vehicles="east.*", parameters=drift(begin="20"))
+    [(config, zone, _)] = plans_from_vehicles([own])
+    assert zone is None
+    assert (config.name, config.vehicles, config.begin_s) == ("east", ("east.*",), 20.0)
+    assert (config.start_after_s, config.duration_s) == ((0.0, 0.0), (MAX_TIME_S, MAX_TIME_S))
+
+
+def test_those_that_state_the_same_plan_are_one() -> None:
+    members = [
+        Found(plan="p", stated=True, transmits=False, vehicles=name, parameters=drift(plan="p"))
+        for name in ("a", "b.*", "c")
+    ]
+    alone = Found(plan="d", transmits=False, vehicles="d")
+    plans = plans_from_vehicles([members[0], alone, *members[1:]])
+    assert [(config.name, config.vehicles) for config, _, _ in plans] == [("p", ("a", "b.*", "c")), ("d", ("d",))]
+
+
+REFUSED = {
+    "unknown attack": (drift() | {"gpsec.attack": "drft"}, r"gpsec\.attack: unknown attack 'drft': did you mean 'drif"),
+    "unknown key": (
+        drift(radius="9"),
+        r"unknown key 'gpsec\.radius' for attack 'drift': did you mean 'gpsec\.radius_m",
+    ),
+    "another attack's": (drift(bias_m="9"), r"unknown key 'gpsec\.bias_m' for attack 'drift'"),
+    "reach of no number": (drift(radius_m="far"), r"gpsec\.radius_m: expected a number, found 'far'"),
+    "no reach": (drift(radius_m="0"), r"gpsec\.radius_m: expected a number greater than 0, found 0"),
+    "endless reach": (drift(radius_m="1e9"), r"gpsec\.radius_m: expected at most 1e\+06 metres"),
+    "negative hold": (drift(hold_s="-1"), r"gpsec\.hold_s: expected seconds from 0 to 600, found -1"),
+    "share": (drift(share="2"), r"gpsec\.share: expected a number from 0 to 1, found 2"),
+    "end before begin": (drift(begin="9", end="5"), r"gpsec\.end: expected later than gpsec\.begin = 9, found 5"),
+    "the attack's own": (drift(rate_mps="fast"), r"gpsec\.rate_mps: .* found 'fast'"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_refused(name: str) -> None:
+    parameters, says = REFUSED[name]
+    with pytest.raises(GpsecError, match=r"^a\.rou\.xml: vType 'van': " + says):
+        plans_from_vehicles([Found(parameters=parameters)])
+
+
+def test_a_hold_is_for_spoofers_only() -> None:
+    with pytest.raises(GpsecError, match=r"unknown key 'gpsec\.hold_s' for attack 'drift'"):
+        plans_from_vehicles([Found(transmits=False, parameters=drift(hold_s="1"))])
+
+
+def test_those_of_one_plan_must_say_the_same() -> None:
+    first = Found(plan="p", stated=True, where="one", parameters=drift(plan="p"))
+    other = Found(plan="p", stated=True, where="two", parameters=drift(plan="p", share="0.5"))
+    with pytest.raises(GpsecError, match=r"^two: gpsec\.share: expected the same as in one .* none, found '0\.5'"):
+        plans_from_vehicles([first, other])
+    attacked = Found(plan="p", stated=True, transmits=False, where="two", parameters=drift(plan="p"))
+    with pytest.raises(GpsecError, match=r"^two: gpsec\.plan: expected a plan of its own"):
+        plans_from_vehicles([first, attacked])
