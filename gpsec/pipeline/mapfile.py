@@ -35,7 +35,7 @@ def write_map(folder: Path, hd_map: HDMap, plans: Sequence[Plan]) -> None:
             strict=True,
         )
     ]
-    drawn = [plan for plan in plans if plan.zone is not None]
+    drawn = [plan for plan in plans if plan.zone is not None and not plan.zone.moves]
     rings = _projected([_outline(plan.zone) for plan in drawn if plan.zone is not None], hd_map.projector)
     features += [
         _feature("Polygon", [ring], {"kind": "zone", "id": plan.config.name, "attack": plan.config.attack})
