@@ -3,14 +3,12 @@ import re
 from pathlib import Path
 
 import pytest
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
-from gpsec.attacks.plans import PlanConfig
 from gpsec.errors import GpsecError
 from gpsec.scenario import Scenario, load_scenario
 from gpsec.scenario.overrides import Override, parse_set
 from gpsec.scenario.paths import sumo_home
-from gpsec.scenario.sentences import _keys_at
 
 ROOT = Path(__file__).parent.parent
 BUNDLED = sorted((ROOT / "scenarios").glob("*/gpsec.toml"))
@@ -203,42 +201,3 @@ def test_an_error_names_the_flag_that_wrote_the_key_and_else_the_file(folder: Pa
         load(folder, plan, "plans.0.share=0.1")
     with pytest.raises(GpsecError, match=r"--set plans\.drift\.rate_mps=8: plans\.0: rate_mps"):
         load(folder, plan, "plans.drift.rate_mps=8")
-
-
-def documented() -> dict[str, dict[str, str]]:
-    """Section -> key -> default as docs/scenario.md has it in its tables."""
-    sections: dict[str, dict[str, str]] = {}
-    here: dict[str, str] = {}
-    for line in (ROOT / "docs" / "scenario.md").read_text().splitlines():
-        if heading := re.match(r"## `\[+(\w*)\]+`", line):
-            here = sections.setdefault(heading[1], {})
-        elif line.startswith("## "):
-            here = sections.setdefault("" if line == "## Top of the file" else line, {})
-        elif row := re.match(r"\| `(\w+)` \| ([^|]*) \|", line):
-            here[row[1]] = row[2].strip().strip("`")
-    return sections
-
-
-def shown(model: type[BaseModel], key: str) -> str | None:
-    """The default of a key as TOML has it; None where it is not a plain value."""
-    default = model.model_fields[key].get_default()
-    return json.dumps(default) if isinstance(default, bool | int | float | str) else None
-
-
-@pytest.mark.parametrize(
-    "section", ["", "fleet", "traffic", "detection", "localization", "outcomes", "defences", "plans"]
-)
-def test_the_documentation_has_every_key_and_its_default(section: str) -> None:
-    sections = {"fleet", "traffic", "detection", "localization", "outcomes", "defences", "plans"}
-    model: type[BaseModel] = Scenario
-    if section == "plans":
-        model = PlanConfig
-    elif section:
-        part = Scenario.model_fields[section].annotation
-        model = part if isinstance(part, type) and issubclass(part, BaseModel) else part.__args__[0]  # type: ignore
-    rows = documented()[section]
-    assert set(rows) == set(_keys_at(model, ())) - (sections if not section else set())
-    for key, default in rows.items():
-        expected = shown(model, key)
-        if expected is not None and expected != '""':
-            assert json.loads(default) == json.loads(expected), key

@@ -38,18 +38,20 @@ class PlanConfig(BaseModel):
     the vehicle alone: plans with equal settings attack the same vehicles in the same windows.
 
     Attributes:
-        attack: name of the attack.
-        name: of the plan, in every table; default the attack's.
-        share: of the equipped vehicles (of those types) that is attacked.
-        vehicle_types: ids of the vehicle types that are attacked; empty for all.
-        vehicles: ids of the vehicles that are attacked, where ``*`` stands for any text and ``?`` for any letter; a
-            flow's vehicles are ``flow.*``; empty for all.
+        attack: what is done (`gpsec list attacks`).
+        name: of the plan, in every table, and no two plans have the same; unset takes the attack's.
+        share: of the equipped vehicles (of those types and ids) that is attacked; of those who come into a zone, where
+            one is named.
+        vehicle_types: ids of SUMO's vehicle types that are attacked; empty for all.
+        vehicles: ids of the vehicles that are attacked, `*` for any text and `?` for any letter; a flow's vehicles are
+            `flow.*`; empty for all.
         zone: id of a drawn zone, or of a spoofer that follows traffic; the attack then lasts from when a vehicle is in
             it until it leaves it, and `start_after_s` and `duration_s` have no meaning.
-        begin_s, end_s: simulated time before which no attack begins, and at which all end; no end where not given.
-        start_after_s: least and most time from when a vehicle has settled (and `begin_s` has passed) to its attack.
-        duration_s: least and most duration.
-        parameters: the attack's own, all of them after validation.
+        begin_s: simulated time before which no attack begins.
+        end_s: simulated time at which all attacks end.
+        start_after_s: least and most seconds from when a vehicle has settled (and `begin_s` has passed) to its attack.
+        duration_s: least and most seconds that an attack lasts.
+        parameters: the attack's own keys, where they are not to stand beside these.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)

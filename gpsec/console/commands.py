@@ -173,6 +173,22 @@ def list_(
 
 
 @app.command()
+def schema() -> None:
+    """Print the JSON Schema of gpsec.toml, with which an editor completes and checks it.
+
+    \b
+    Examples:
+      gpsec schema > gpsec.schema.json     (and in gpsec.toml, as the first line: #:schema ./gpsec.schema.json)
+    """  # noqa: D301
+    import json
+
+    from gpsec.scenario.schema import json_schema
+
+    print(json.dumps(json_schema(), indent=2, ensure_ascii=False))
+    sys.stdout.flush()
+
+
+@app.command()
 def train(
     seed: Annotated[int, typer.Option(metavar="N", help="Of traffic, noise and training.")] = 1,
     out: Annotated[

@@ -32,13 +32,16 @@ class Scenario(Section):
     back.
 
     Attributes:
-        name: of the results; a folder name.
-        sumocfg: the SUMO configuration.
-        seed: of SUMO and of all noise.
-        duration_s: simulated time, unset runs to the end that the SUMO configuration states.
-        threads: for the security layer; results do not depend on it.
-        engine: `batched` kernels, or the `reference` implementation, one vehicle at a time.
-        log_steps: write steps.parquet.
+        name: of the scenario, in every table and as a folder under `results/`: letters, digits, `.`, `_`, `-`; unset
+            takes the folder's or the sumocfg's.
+        sumocfg: the SUMO configuration, relative to this file; may begin with `$SUMO_HOME/`, the SUMO that is installed
+            with gpsec; unset takes the only one in the folder.
+        seed: of SUMO and of all noise; the same seed gives the same results.
+        duration_s: simulated seconds, counted from the first departure where that comes later; unset runs to the end in
+            the sumocfg.
+        threads: for the security layer of one scenario; results do not depend on it.
+        engine: `batched` kernels, or `reference`, the second implementation, one vehicle at a time, for small fleets.
+        log_steps: also write every step of every track to `steps.parquet`.
         fleet, traffic, detection, localization, outcomes: the sections of that name.
         defences: D of them; the first is never+none, the undefended vehicle.
         plans: attack plans; *no attack* comes before the first of them and is not listed.

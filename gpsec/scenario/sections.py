@@ -34,9 +34,11 @@ class FleetSection(Section):
 
     Attributes:
         equipped_share: share of the vehicles that are automated, where their type does not say.
-        profile: sensor profile -> share of the fleet; a single name means all of it.
-        matching: map matching, to the nearest lane (the paper's) or to the lane that the camera follows.
-        settle_s: time on the road before a vehicle is scored or attacked.
+        profile: sensor profile (`gpsec list profiles`), or a table of shares that add up to 1, such as
+            `{ dsd = 0.5, carla = 0.5 }`.
+        matching: the lane that fixes are matched to; `tracked` is the one that the camera has followed, `nearest` the
+            paper's.
+        settle_s: seconds on the road before a vehicle is scored or attacked.
     """
 
     equipped_share: float = Field(1.0, gt=0.0, le=1.0)
@@ -61,9 +63,11 @@ class TrafficSection(Section):
     """How SUMO is run.
 
     Attributes:
-        begin_s: simulated time at which SUMO begins; unset takes the scenario's own.
-        step_s: length of a step; unset takes 0.1 s, or the scenario's own where that is shorter.
-        lateral_resolution_m: width of SUMO's sublanes; unset takes the scenario's own, or 0.8 m; 0 turns them off.
+        begin_s: simulated time at which SUMO begins, such as that of the rush hour; unset takes the sumocfg's.
+        step_s: seconds of a step, since the filters are not valid for long ones; unset takes 0.1, or the sumocfg's
+            where that is shorter.
+        lateral_resolution_m: metres of SUMO's sublanes, at least 0.1; unset takes the sumocfg's, or 0.8 where it has
+            none; 0 turns them off, and lane changes then take one step.
     """
 
     begin_s: Annotated[float | None, Unset] = Field(None, ge=0.0, le=MAX_TIME_S)
@@ -84,8 +88,8 @@ class DetectionSection(Section):
     """Who watches.
 
     Attributes:
-        detectors: those that are scored, in the order of the tables.
-        false_alarm_rate: which of the calibrated thresholds to use, such as ``1e-3/sample``.
+        detectors: those that are scored (`gpsec list detectors`), in the order of the tables.
+        false_alarm_rate: the rate that all thresholds are calibrated to, per sample or per vehicle-hour.
     """
 
     detectors: tuple[str, ...] = Field(("chi_square", "cusum", "isolation_forest", "lstm"), strict=False)
@@ -110,8 +114,8 @@ class Defence(Section):
     """A detector and what the vehicle does on its alarm.
 
     Attributes:
-        detector: one of `detection.detectors`, or a bound: `oracle` (told the truth), `never` (no alarm).
-        response: what replaces GNSS while the alarm lasts.
+        detector: one of `detection.detectors`; or `oracle`, which is told the truth; or `never`, which gives no alarm.
+        response: what replaces GNSS while the alarm lasts (`gpsec list responses`).
     """
 
     detector: str
@@ -137,9 +141,9 @@ class LocalizationSection(Section):
     """When the vehicle stops and starts to use GNSS again.
 
     Attributes:
-        hold_s: GNSS stays isolated this long after the last alarm.
-        rejoin_s: fixes must agree with the estimate this long before they are used again.
-        outage_s: time without a fix after which the vehicle counts as without GNSS.
+        hold_s: seconds that GNSS stays isolated after the last alarm.
+        rejoin_s: seconds that fixes must agree with the estimate before they are used again.
+        outage_s: seconds without a fix after which a vehicle counts as without GNSS.
     """
 
     hold_s: float = Field(2.0, ge=0.0, le=600.0)

@@ -1,0 +1,80 @@
+"""Writes what is made from the code into the documentation: `python docs/generate.py`.
+
+The tables of docs/scenario.md come from the models of `gpsec.toml`, and so does the JSON Schema beside it. A test holds
+both against the models.
+"""
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+from gpsec.scenario.schema import SCHEMA_FILE, SECTIONS, json_schema, section_of
+
+DOCS = Path(__file__).parent
+_BLOCK = re.compile(r"(<!-- keys: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
+_BOUNDS = {
+    "minimum": "at least {:.10g}",
+    "exclusiveMinimum": "above {:.10g}",
+    "maximum": "at most {:.10g}",
+    "exclusiveMaximum": "below {:.10g}",
+}
+
+
+def scenario_page(page: str) -> str:
+    """Return docs/scenario.md with its tables written anew."""
+    schema = json_schema()
+
+    def block(found: re.Match[str]) -> str:
+        part = section_of(schema, "" if found[2] == "top" else found[2])
+        return f"{found[1]}\n{table(part)}\n{found[3]}"
+
+    return _BLOCK.sub(block, page)
+
+
+def table(section: dict[str, Any]) -> str:
+    """Return the keys of a section as rows of Markdown; those that are sections themselves are left out."""
+    rows = ["| key | default | values | meaning |", "|---|---|---|---|"]
+    for key, says in section["properties"].items():
+        if key in SECTIONS:
+            continue
+        default = "must be given" if key in section.get("required", []) else _toml(says.get("default"))
+        rows.append(f"| `{key}` | {default} | {_values(says)} | {says['description']} |")
+    return "\n".join(rows) + "\n"
+
+
+def _toml(value: Any) -> str:
+    if value is None:
+        return "unset"
+    if isinstance(value, dict):
+        inner = ", ".join(f"{key} = {json.dumps(item)}" for key, item in value.items())
+        return f"`{{ {inner} }}`" if inner else "`{}`"
+    return f"`{json.dumps(value)}`"
+
+
+def _values(says: dict[str, Any]) -> str:
+    """Return which values the schema allows, in words."""
+    if choices := says.get("enum"):
+        return ", ".join(f"`{choice}`" for choice in choices)
+    if says.get("type") in ("boolean", "array", "object"):
+        return {"boolean": "`true`, `false`", "array": "a list", "object": "a table"}[says["type"]]
+    if "anyOf" in says:
+        return "a text or a table"
+    bounds = ", ".join(form.format(says[key]) for key, form in _BOUNDS.items() if key in says)
+    return bounds or "a text"
+
+
+def main() -> None:
+    """Write the files."""
+    page = DOCS / "scenario.md"
+    page.write_text(scenario_page(page.read_text("utf-8")), "utf-8")
+    (DOCS / SCHEMA_FILE).write_text(schema_text(), "utf-8")
+
+
+def schema_text() -> str:
+    """Return the schema as it stands in the file."""
+    return json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n"
+
+
+if __name__ == "__main__":
+    main()
