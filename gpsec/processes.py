@@ -6,7 +6,8 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from multiprocessing import resource_tracker
+from multiprocessing import parent_process, resource_tracker
+from multiprocessing.connection import wait
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 
@@ -19,6 +20,18 @@ def start(process: BaseProcess) -> None:
     """Start a process whose libraries have one thread, and which leaves interrupts to its parent."""
     with _deaf_to_interrupts(), _one_thread():
         process.start()
+
+
+def end_with_parent() -> None:
+    """Let this process end as soon as the one that started it is gone, however that ended."""
+    parent = parent_process()
+    if parent is not None:
+        threading.Thread(target=_end_after, args=(parent.sentinel,), daemon=True).start()
+
+
+def _end_after(sentinel: int) -> None:
+    wait([sentinel])
+    os._exit(1)
 
 
 def redirect_output(log: Path) -> None:

@@ -1,6 +1,8 @@
 """Runs scenarios, each in a process of its own: libsumo allows one simulation per process."""
 
+import json
 import os
+import shutil
 import signal
 import sys
 import tempfile
@@ -15,7 +17,7 @@ from pathlib import Path
 
 from gpsec.errors import GpsecError
 from gpsec.kernels import cache_folder
-from gpsec.processes import ignore_interrupts, redirect_output, start
+from gpsec.processes import end_with_parent, ignore_interrupts, redirect_output, start
 from gpsec.progress import DONE, FAILED, Progress
 from gpsec.scenario import Scenario
 from gpsec.warmup import compile_kernels
@@ -26,6 +28,8 @@ Report = Callable[[Progress], None]
 # Writes the files of one scenario into a folder that exists.
 Run = Callable[[Scenario, Path, Report], None]
 
+# Written last: a folder that has one holds a whole run.
+MANIFEST = "manifest.json"
 _REPORT_EVERY_S = 0.1
 
 
@@ -64,8 +68,8 @@ def run_scenarios(
 ) -> Outcome:
     """Run every scenario into ``work/<name>``, at most `jobs` at a time.
 
-    One that fails does not stop the others. An interrupt (KeyboardInterrupt) stops those that run and keeps those
-    that have finished.
+    One that an earlier call has finished there, and that would come out the same, is not run again. One that fails
+    does not stop the others. An interrupt (KeyboardInterrupt) stops those that run and keeps those that have finished.
 
     Args:
         scenarios: with names that differ.
@@ -75,12 +79,12 @@ def run_scenarios(
         run: what to call in the process; the pipeline, where not given.
     """
     outcome = Outcome()
-    waiting = list(scenarios)
     running: dict[Connection, _Worker] = {}
     done: set[str] = set()
     try:
+        waiting = [scenario for scenario in scenarios if not _found(scenario, work, done, report)]
         if run is None:
-            compile_kernels(scenarios, work, report)
+            compile_kernels(waiting, work, report)
         while waiting or running:
             while waiting and len(running) < jobs:
                 worker = _start(waiting.pop(0), work, run or _pipeline)
@@ -105,6 +109,30 @@ def run_scenarios(
                 worker.process.join()
     outcome.finished = [scenario.name for scenario in scenarios if scenario.name in done]
     return outcome
+
+
+def _found(scenario: Scenario, work: Path, done: set[str], report: Report) -> bool:
+    """Note a scenario that is there already, and return whether it is."""
+    if not is_finished(work / scenario.name, scenario):
+        return False
+    done.add(scenario.name)
+    report(Progress(scenario.name, stage=DONE))
+    return True
+
+
+def is_finished(folder: Path, scenario: Scenario) -> bool:
+    """Return whether `folder` holds a run of the scenario that would come out the same again.
+
+    Raises:
+        GpsecError: a file of the scenario is missing or wrong.
+    """
+    try:
+        manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return False
+    from gpsec.pipeline.fingerprint import fingerprint
+
+    return isinstance(manifest, dict) and manifest.get("fingerprint") == fingerprint(scenario)
 
 
 @dataclass
@@ -155,10 +183,13 @@ def _start(scenario: Scenario, work: Path, run: Run) -> _Worker:
 
 def _work(run: Run, scenario: Scenario, folder: Path, log: Path, connection: Connection) -> None:
     """Be the process of one scenario."""
+    end_with_parent()
     redirect_output(log)
     scratch = folder.with_name(f".{folder.name}.tmp")
-    folder.mkdir()
-    scratch.mkdir()
+    for made in (folder, scratch):
+        if made.exists():  # what is left of an earlier try
+            shutil.rmtree(made)
+        made.mkdir()
     # What a killed process leaves behind goes away with the folder of the run.
     tempfile.tempdir = os.environ["TMPDIR"] = str(scratch)
     tell = _Teller(connection)

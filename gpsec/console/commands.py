@@ -100,6 +100,9 @@ def run(
         str | None, typer.Option(metavar="E", help="batched, or reference for small fleets. [default: batched]")
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the run that DIR holds.")] = False,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on with a run that was interrupted: only what is missing is run.")
+    ] = False,
     jobs: Annotated[
         int | None, typer.Option(min=1, metavar="N", help="Scenarios at a time. [default: the cores there are]")
     ] = None,
@@ -113,6 +116,7 @@ def run(
       gpsec run scenarios/town --duration 120 --seed 7 --profile consumer
       gpsec run scenarios/town --set plans.drift.rate_mps=0.2 --set fleet.equipped_share=0.3
       gpsec run scenarios/* --out results/all --overwrite
+      gpsec run scenarios/* --out results/all --resume
       gpsec run somewhere/else.sumocfg --set 'plans=[{attack="drift", share=0.2}]'
     """  # noqa: D301
     from gpsec.console.launch import launch
@@ -128,7 +132,7 @@ def run(
         ("log_steps",): (log_steps or None, "--log-steps"),
     }
     changes += [Override(key, value, flag) for key, (value, flag) in flags.items() if value is not None]
-    return launch(scenarios, changes, out=out, overwrite=overwrite, jobs=jobs)
+    return launch(scenarios, changes, out=out, overwrite=overwrite, jobs=jobs, resume=resume)
 
 
 @app.command()

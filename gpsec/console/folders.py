@@ -1,8 +1,9 @@
 """Output folders: nothing half-written ever stands under the final name."""
 
+import fcntl
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from itertools import count
 from pathlib import Path
@@ -10,6 +11,7 @@ from pathlib import Path
 from gpsec.errors import GpsecError
 
 MANIFEST = "manifest.json"
+_LOCK = ".lock"
 REPORT = "report.html"
 _TABLES = ("detection", "localization", "safety", "events", "vehicles", "curves", "error_bands", "places")
 _WRITTEN_BY_RUNS = (MANIFEST, REPORT, *(f"{table}.csv" for table in _TABLES))
@@ -33,31 +35,69 @@ def check_output(out: Path, overwrite: bool) -> None:
         raise GpsecError(f"{out}: expected an output folder, found a file")
     if holds_nothing:
         return
-    if not (out / MANIFEST).is_file():
+    # A run that was killed while it took its place has no manifest yet.
+    if not any((out / name).is_file() for name in _WRITTEN_BY_RUNS):
         raise GpsecError(f"{out}: expected an empty or new folder, found files that no run wrote; choose another --out")
     if not overwrite:
         raise GpsecError(f"{out}: holds another run; give --overwrite to replace it, or choose another --out")
 
 
+class Workshop:
+    """A hidden folder beside an output, on the same file system, for files in the making.
+
+    Attributes:
+        folder: of the files.
+        kept: it is there to go on with after the run, since that is not complete.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.kept = False
+
+
 @contextmanager
-def workshop(out: Path) -> Iterator[Path]:
-    """Give a new folder beside `out`, on the same file system, for files in the making; it is gone afterwards.
+def workshop(out: Path, *, resume: bool) -> Iterator[Workshop]:
+    """Give the workshop of `out`; unless it is kept, it is gone afterwards.
+
+    What a run that was killed has left in it is thrown away, or with `resume` found there.
 
     Raises:
-        GpsecError: it cannot be made.
+        GpsecError: it cannot be made, or another run is at work in it.
     """
     made = [parent for parent in out.parents if not parent.exists()]
+    work = Workshop(out.with_name(f".{out.name[:100]}.partial"))
     try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        work = Path(tempfile.mkdtemp(prefix=f".{out.name[:100]}.partial-", dir=out.parent))
+        work.folder.mkdir(parents=True, exist_ok=True)
+        lock = (work.folder / _LOCK).open("w")
     except OSError as error:
         _remove_empty(made)
         raise GpsecError(f"{out}: no results can be written there: {error.strerror}") from None
-    try:
-        yield work
-    finally:
-        shutil.rmtree(work, ignore_errors=True)
-        _remove_empty(made)
+    with lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)  # it falls with the process that holds it
+        except OSError:
+            raise GpsecError(
+                f"{out}: another run is being written there; wait for it, or choose another --out"
+            ) from None
+        if not resume:
+            clear(work.folder)
+        try:
+            yield work
+        finally:
+            if not work.kept:
+                shutil.rmtree(work.folder, ignore_errors=True)
+                _remove_empty(made)
+
+
+def clear(folder: Path, keep: Collection[str] = ()) -> None:
+    """Remove what is in a workshop but the folders called `keep`."""
+    for path in folder.iterdir():
+        if path.name == _LOCK or path.name in keep:
+            continue
+        if path.is_dir() and not path.is_symlink():
+            shutil.rmtree(path)
+        else:
+            path.unlink()
 
 
 def _remove_empty(folders: list[Path]) -> None:

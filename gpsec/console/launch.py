@@ -10,7 +10,7 @@ from threading import Thread
 from rich.console import Console
 
 from gpsec.console.bars import display
-from gpsec.console.folders import MANIFEST, check_output, publish, resolved, workshop
+from gpsec.console.folders import MANIFEST, check_output, clear, publish, resolved, workshop
 from gpsec.errors import GpsecError
 from gpsec.processes import ignore_interrupts
 from gpsec.run import Failure, Outcome, Run, run_scenarios
@@ -28,11 +28,13 @@ def launch(
     overwrite: bool,
     jobs: int | None,
     run: Run | None = None,
+    *,
+    resume: bool = False,
 ) -> int:
     """Run the scenarios and return the exit status.
 
     With `out` all of them end up in that folder, otherwise each in ``results/<name>``. What has finished is kept
-    when another one fails or the user interrupts.
+    when another one fails or the user interrupts, and `resume` goes on from there.
 
     Raises:
         GpsecError: a scenario or a folder is not as it should be; nothing has been run then.
@@ -44,10 +46,15 @@ def launch(
         if out is not None
         else {resolved(Path("results") / scenario.name): [scenario] for scenario in scenarios}
     )
-    for folder in groups:
-        check_output(folder, overwrite)
     messages = Console(stderr=True, emoji=False)
-    with workshop(next(iter(groups))) as work:
+    first, asked = next(iter(groups)), list(groups)
+    if resume:
+        groups = _missing(groups)
+        scenarios = [scenario for members in groups.values() for scenario in members]
+    for folder in groups:
+        check_output(folder, overwrite or resume)
+    with workshop(first, resume=resume) as workplace:
+        work = workplace.folder
         # What shows the tables takes a while to import; there is time for that now.
         Thread(target=import_module, args=("gpsec.outcomes.summary",)).start()
         with display(messages, [scenario.name for scenario in scenarios]) as show:
@@ -56,16 +63,19 @@ def launch(
         with ignore_interrupts():
             for number, (folder, members) in enumerate(groups.items()):
                 try:
-                    _publish(folder, members, outcome, work, work / f".merged-{number}", overwrite)
+                    _publish(folder, members, outcome, work, work / f".merged-{number}", overwrite or resume)
                 except GpsecError as error:
                     refused.append(str(error))
                     _take_back(members, outcome)
+            if outcome.finished and (outcome.interrupted or outcome.failures):
+                workplace.kept = True
+                clear(work, keep=outcome.finished)
     for sentence in refused:
         messages.print(f"gpsec: error: {sentence}", markup=False, highlight=False, soft_wrap=True)
     for failure in outcome.failures:
         _say(failure, messages)
-    for folder, members in groups.items():
-        if _finished(members, outcome):
+    for folder in asked:
+        if folder not in groups or _finished(groups[folder], outcome):
             _show(folder)
     return _status(outcome, groups, messages) or (USER_ERROR if refused else 0)
 
@@ -79,6 +89,36 @@ def _check_names(scenarios: Sequence[Scenario], arguments: Sequence[str]) -> Non
                 "give one of them another `name`, or run them one after the other"
             )
         seen[scenario.name] = argument
+
+
+def _missing(groups: Mapping[Path, list[Scenario]]) -> dict[Path, list[Scenario]]:
+    """Return the groups that are not complete.
+
+    Raises:
+        GpsecError: a folder holds another run, or one that was made from other input.
+    """
+    from gpsec.pipeline.fingerprint import fingerprint
+
+    missing = {}
+    for folder, members in groups.items():
+        wanted = {fingerprint(scenario) for scenario in members}
+        found = _held(folder)
+        if not found <= wanted:
+            raise GpsecError(f"{folder}: holds another run, or one whose input has changed: there is nothing to resume")
+        if found != wanted:
+            missing[folder] = members
+    return missing
+
+
+def _held(folder: Path) -> set[str]:
+    """Return the fingerprints of the runs whose tables a folder holds."""
+    try:
+        manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+        return {str(each.get("fingerprint")) for each in manifest["scenarios"]}
+    except FileNotFoundError:
+        return set()
+    except (OSError, ValueError, LookupError, TypeError, AttributeError):
+        raise GpsecError(f"{folder / MANIFEST}: expected the manifest of a run, found something else") from None
 
 
 def _finished(members: Sequence[Scenario], outcome: Outcome) -> list[str]:
@@ -136,7 +176,7 @@ def _status(outcome: Outcome, groups: Mapping[Path, Sequence[Scenario]], message
         kept = [str(folder) for folder, members in groups.items() if _finished(members, outcome)]
         what = "interrupted" if outcome.interrupted else "not all scenarios finished"
         names = ", ".join(outcome.finished)
-        line = f"{names} kept in {', '.join(kept)}" if kept else "nothing has been written"
+        line = f"{names} kept in {', '.join(kept)}; --resume goes on" if kept else "nothing has been written"
         messages.print(f"gpsec: {what}; {line}", markup=False, highlight=False, soft_wrap=True)
     if outcome.interrupted:
         return INTERRUPTED

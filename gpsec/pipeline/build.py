@@ -20,11 +20,12 @@ from gpsec.pipeline.filter_noise import filter_noise
 from gpsec.pipeline.fleet_choice import FleetChoice, run_profiles
 from gpsec.scenario import Scenario
 from gpsec.scenario.choices import BOUNDS
+from gpsec.scenario.traffic import sumo_options
 from gpsec.sensors.profiles import residual_sigma_m
 from gpsec.sensors.registry import PROFILES
 from gpsec.sensors.sense import Sensors
 from gpsec.traffic.carried import carried_attacks
-from gpsec.traffic.options import SumoOptions, resolve_options
+from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.vehicletypes import check_type_names, named_sensors
 from gpsec.traffic.zones import ZoneSource
 
@@ -56,13 +57,7 @@ def lay_ground(scenario: Scenario) -> Ground:
         GpsecError: a file is missing or wrong.
 
     """
-    options = resolve_options(
-        scenario.sumocfg,
-        seed=scenario.seed,
-        step_s=scenario.traffic.step_s,
-        lateral_resolution_m=scenario.traffic.lateral_resolution_m,
-        begin_s=scenario.traffic.begin_s,
-    )
+    options = sumo_options(scenario)
     inputs = (*options.additional_files, *options.route_files)
     for place, plan in enumerate(scenario.plans):
         check_type_names(plan.vehicle_types, inputs, f"plans.{place}.vehicle_types")

@@ -13,6 +13,7 @@ from gpsec import __version__
 from gpsec.attacks.schedule import Plan
 from gpsec.outcomes.tables import whole
 from gpsec.pipeline.build import Ground
+from gpsec.pipeline.fingerprint import fingerprint
 from gpsec.pipeline.fleet_choice import first_life
 from gpsec.scenario import Scenario
 from gpsec.traffic.source import Frame
@@ -93,6 +94,7 @@ def write_manifest(
         "seed": scenario.seed,
         "gpsec_version": __version__,
         "git_commit": git_commit(),
+        "fingerprint": fingerprint(scenario),
         "python_version": platform.python_version(),
         "versions": {package: version(package) for package in _PACKAGES},
         "configuration": scenario.model_dump(mode="json"),

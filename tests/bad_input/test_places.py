@@ -58,8 +58,18 @@ def test_links_in_a_circle(here: Path) -> None:
 
 
 def test_no_empty_folder_is_left(here: Path) -> None:
-    with workshop(here / "a" / "b" / "out") as work:
-        assert work.is_dir()
+    with workshop(here / "a" / "b" / "out", resume=False) as work:
+        assert work.folder.is_dir()
+    assert list(here.iterdir()) == []
+
+
+def test_two_runs_into_one_folder(here: Path) -> None:
+    with (
+        workshop(here / "out", resume=False),
+        pytest.raises(GpsecError, match="out: another run is being written there"),
+        workshop(here / "out", resume=True),
+    ):
+        pass
     assert list(here.iterdir()) == []
 
 

@@ -1,0 +1,150 @@
+"""A run that was killed leaves whole files only, and goes on to the same bytes."""
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from pathlib import Path
+
+import pytest
+
+from gpsec import cli
+from gpsec.console import launch
+from gpsec.console.launch import _missing
+from gpsec.scenario import load_scenario
+from gpsec.scenario.overrides import parse_set
+
+ROOT = Path(__file__).parents[1]
+NAMES = ("one", "two", "three", "four")
+
+SCRIPT = """
+import json, sys, time
+sys.path.insert(0, {tests!r})
+from gpsec import cli
+from gpsec.console import launch
+from gpsec.pipeline.fingerprint import fingerprint
+from gpsec.outcomes.tables import TABLES
+from test_resume import NAMES
+
+def run(scenario, folder, report):
+    for table in TABLES:
+        with open(folder / f"{{table}}.csv", "w") as file:
+            file.write("scenario,row\\n")
+            for row in range(20):
+                file.write(f"{{scenario.name}},{{row}}\\n")
+                file.flush()
+                time.sleep(0.001)
+    (folder / "manifest.json").write_text(json.dumps({{"fingerprint": fingerprint(scenario)}}))
+
+if __name__ == "__main__":
+    real = launch.run_scenarios
+    launch.run_scenarios = lambda *args: real(*args[:4], run)
+    launch._show = lambda folder: None
+    sys.exit(cli.main(["run", *NAMES, "--out", "all", *sys.argv[1:]]))
+"""
+
+
+def make_scenarios(here: Path) -> None:
+    config = ROOT / "scenarios" / "slow_curve" / "slow_curve.sumocfg"
+    for name in NAMES:
+        (here / name).mkdir()
+        (here / name / "gpsec.toml").write_text(f'sumocfg = "{config}"\n')
+    (here / "script.py").write_text(textwrap.dedent(SCRIPT).format(tests=str(Path(__file__).parent)))
+
+
+def content(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def test_killed_at_any_moment(tmp_path: Path) -> None:
+    whole_folder, killed_folder = tmp_path / "whole", tmp_path / "killed"
+    for folder in (whole_folder, killed_folder):
+        folder.mkdir()
+        make_scenarios(folder)
+    command = [sys.executable, "script.py", "--jobs", "2"]
+    began = time.monotonic()
+    subprocess.run(command, cwd=whole_folder, check=True, capture_output=True)
+    whole_s = time.monotonic() - began
+    expected = content(whole_folder / "all")
+    draw = random.Random(2026)
+    kills, longest_s = 0, whole_s
+    for attempt in range(80):
+        if kills == 20:
+            break
+        # Every other time from the beginning, so that late moments come about as well as early ones.
+        options = ["--resume"] if attempt % 2 else ["--overwrite"]
+        process = subprocess.Popen(
+            [*command, *options], cwd=killed_folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        )
+        try:
+            process.wait(timeout=draw.uniform(0.2, 1.0) * longest_s)
+            longest_s *= 0.9  # the machine has less to do than it had
+        except subprocess.TimeoutExpired:
+            os.kill(process.pid, signal.SIGKILL)
+            process.wait()
+            kills += 1
+        published = killed_folder / "all"
+        if (published / "manifest.json").exists():
+            assert content(published) == expected
+    assert kills == 20
+    subprocess.run([*command, "--resume"], cwd=killed_folder, check=True, capture_output=True)
+    assert content(killed_folder / "all") == expected
+    assert not (killed_folder / ".all.partial").exists()
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    make_scenarios(tmp_path)
+    return tmp_path
+
+
+def held(folder: Path, *fingerprints: str) -> None:
+    folder.mkdir()
+    (folder / "manifest.json").write_text(json.dumps({"scenarios": [{"fingerprint": each} for each in fingerprints]}))
+
+
+def test_a_whole_run_is_not_run_again(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from gpsec.pipeline.fingerprint import fingerprint
+
+    scenarios = [load_scenario(name) for name in NAMES]
+    assert len({fingerprint(scenario) for scenario in scenarios}) == len(NAMES)
+    held(here / "all", *(fingerprint(scenario) for scenario in scenarios))
+    held(here / "part", fingerprint(scenarios[0]))
+    assert _missing({here / "all": scenarios}) == {}
+    assert _missing({here / "part": scenarios, here / "none": scenarios[:1]}) == {
+        here / "part": scenarios,
+        here / "none": scenarios[:1],
+    }
+    shown: list[Path] = []
+    monkeypatch.setattr(launch, "_show", shown.append)
+    assert cli.main(["run", *NAMES, "--out", "all", "--resume"]) == 0
+    assert shown == [here / "all"]
+
+
+def test_another_run_is_not_resumed(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    held(here / "all", "of something else")
+    assert cli.main(["run", "one", "--out", "all", "--resume"]) == 2
+    assert "all: holds another run, or one whose input has changed" in capsys.readouterr().err
+    (here / "all" / "manifest.json").write_text("[")
+    assert cli.main(["run", "one", "--out", "all", "--resume"]) == 2
+    assert "manifest.json: expected the manifest of a run" in capsys.readouterr().err
+
+
+def test_what_changes_tables_changes_the_fingerprint(here: Path) -> None:
+    from gpsec.pipeline.fingerprint import fingerprint
+
+    def of(*changes: str) -> str:
+        return fingerprint(load_scenario("one", [parse_set(change) for change in changes]))
+
+    assert of("threads=2") == of()
+    assert of("seed=2") != of()
+    assert of("detection.false_alarm_rate=1e-4/sample") != of()
+    (here / "one" / "gpsec.toml").write_text(f'sumocfg = "{ROOT}/scenarios/town/town.sumocfg"\n')
+    town = of()
+    (here / "one" / "gpsec.toml").write_text(f'sumocfg = "{ROOT}/scenarios/slow_curve/slow_curve.sumocfg"\n')
+    assert of() != town
