@@ -50,6 +50,14 @@ def test_sumocfg_is_relative_to_the_toml_and_may_start_at_sumo(folder: Path, tmp
     assert Scenario.model_validate(plain) == wheel
 
 
+@pytest.mark.parametrize("ending", [".sumocfg", ".sumocfg.xml", ".sumo.cfg", ".sumocfg.disabled"])
+def test_configurations_by_all_their_names(tmp_path: Path, ending: str) -> None:
+    config = tmp_path / f"old.town{ending}"
+    config.write_text("<configuration/>")
+    scenario = load_scenario(config)
+    assert (scenario.name, scenario.sumocfg) == ("old.town", config)
+
+
 def test_a_name_that_no_folder_may_have_is_cleaned(tmp_path: Path) -> None:
     made = tmp_path / "my town (2)"
     made.mkdir()

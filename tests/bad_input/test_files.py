@@ -55,7 +55,14 @@ def folder_for_sumocfg(here: Path) -> None:
     (here / "s" / "run.sumocfg").mkdir()
 
 
+def carried(inside: str, *says: str) -> Case:
+    content = routes(f'{CAR}{FLOW}<vType id="van">{inside}</vType>')
+    return Case(("cars.rou.xml: vType 'van'", *says), {"cars.rou.xml": content})
+
+
 DRIFT = {"attack": "drift"}
+SPOOFS = '<param key="gpsec.attack" value="drift"/>'
+ONE_PLAN = '<param key="gpsec.plan" value="one"/>'
 LANE = r'(<lane id="A0A1_0" [^>]*)'
 
 # What is found before SUMO is started.
@@ -68,6 +75,21 @@ EARLY = {
     "binary": toml(bytes(range(256)), "expected TOML in UTF-8"),
     "too fine a step": toml("traffic.step_s = 1e-9", "traffic.step_s: expected at least 0.001"),
     "too fine sublanes": toml("traffic.lateral_resolution_m = 1e-4", "traffic.lateral_resolution_m", "0.1 to 5"),
+    "negative begin of SUMO": toml("traffic.begin_s = -1", "traffic.begin_s: expected at least 0, found -1"),
+    "text for the begin of SUMO": toml("traffic.begin_s = '8h'", "traffic.begin_s: expected a number, found '8h'"),
+    "begin of SUMO after its end": Case(
+        ("traffic.begin_s: expected less than the end in", "run.sumocfg", "20 s, found 30 s"),
+        {"run.sumocfg": config('<end value="20"/>'), "gpsec.toml": "traffic.begin_s = 30.0"},
+    ),
+    "section that is a number": toml("fleet = 3", "fleet: expected a table, found 3"),
+    "plans that are a table": toml("[plans]\nattack = 'drift'", "plans: expected a list"),
+    "plan that is a text": toml("plans = ['drift']", "plans.0: expected a table, found 'drift'"),
+    "defence without a response": toml("[[defences]]\ndetector = 'lstm'", "defences.0.response: is missing"),
+    "share over one": plan("share = 1.5", "share", "1.5"),
+    "vehicles that are a text": plan("vehicles = 'a'", "vehicles: expected", "found 'a'"),
+    "vehicle that is a number": plan("vehicles = [3]", "vehicles", "found 3"),
+    "window beside a zone": plan("zone = 'z'\nduration_s = [1, 2]", "duration_s: expected none beside a zone"),
+    "key given twice": toml("seed = 1\nseed = 2", "not valid TOML"),
     "long name": toml(f"name = '{'x' * 300}'", "name: expected at most 100 characters, found 300"),
     "empty profile": toml("fleet.profile = {}", "fleet.profile: expected shares that add up to 1"),
     "share of a profile that is not a number": toml("fleet.profile = {carla = nan}", "fleet.profile.carla", "finite"),
@@ -179,6 +201,59 @@ LATE = {
     ),
     "type twice": Case(("SUMO says", "'car'"), {"cars.rou.xml": routes(CAR * 2 + FLOW)}),
     "begin after the end": options('<begin value="9"/><end value="5"/>', "SUMO says", "end time"),
+    # what vehicles carry
+    "unknown attack of a type": carried('<param key="gpsec.attack" value="drft"/>', "vType 'van'", "'drift'?"),
+    "spoofer of a misspelt key": carried(
+        SPOOFS + '<param key="gpsec.radius" value="9"/>', "'gpsec.radius'", "radius_m"
+    ),
+    "spoofer without reach": carried(SPOOFS + '<param key="gpsec.radius_m" value="0"/>', "gpsec.radius_m", "found 0"),
+    "spoofer that holds for ever": carried(SPOOFS + '<param key="gpsec.hold_s" value="1e9"/>', "gpsec.hold_s", "600"),
+    "spoofer in the fleet": carried(
+        SPOOFS + '<param key="gpsec.equipped" value="1"/>', "gpsec.equipped", "none beside"
+    ),
+    "spoofer with the name of a plan": Case(
+        ("cars.rou.xml: vType 'drift': name: expected a name that no other plan has",),
+        {"cars.rou.xml": routes(CAR + FLOW + f'<vType id="drift">{SPOOFS}</vType>')},
+    ),
+    "spoofers of one plan that differ": Case(
+        ("cars.rou.xml: vType 'b': gpsec.share", "vType 'a'", "found '0.5'"),
+        {
+            "cars.rou.xml": routes(
+                CAR
+                + FLOW
+                + f'<vType id="a">{SPOOFS}{ONE_PLAN}</vType>'
+                + f'<vType id="b">{SPOOFS}{ONE_PLAN}<param key="gpsec.share" value="0.5"/></vType>'
+            )
+        },
+    ),
+    "key of a flow without an attack": Case(
+        ("cars.rou.xml: flow 'f': parameter 'gpsec.begin': expected 'gpsec.attack' beside it",),
+        {"cars.rou.xml": routes(CAR + FLOW.replace("/>", '><param key="gpsec.begin" value="5"/></flow>'))},
+    ),
+    "attack of a flow that ends before it begins": Case(
+        ("cars.rou.xml: flow 'f': gpsec.end: expected later than gpsec.begin = 9, found 5",),
+        {
+            "cars.rou.xml": routes(
+                CAR
+                + FLOW.replace(
+                    "/>",
+                    f'>{SPOOFS}<param key="gpsec.begin" value="9"/><param key="gpsec.end" value="5"/></flow>',
+                )
+            )
+        },
+    ),
+    "attack of a route": Case(
+        ("cars.rou.xml: route 'r': parameter 'gpsec.attack': expected it in a poly",),
+        {"cars.rou.xml": routes(CAR + FLOW + f'<route id="r" edges="A0A1">{SPOOFS}</route>')},
+    ),
+    "attack in a file that is included": Case(
+        ("s/van.add.xml: vType 'van'", "gpsec.radius_m", "found 'far'"),
+        {
+            "more.add.xml": '<additional><include href="van.add.xml"/></additional>',
+            "van.add.xml": f'<additional><vType id="van">{SPOOFS}<param key="gpsec.radius_m" value="far"/></vType>'
+            "</additional>",
+        },
+    ),
     "zone that is not drawn": Case(
         ("scenario 's'", "plans[0]: zone", "'school'", "no zone is drawn"),
         {"gpsec.toml": '[[plans]]\nattack = "drift"\nzone = "school"'},

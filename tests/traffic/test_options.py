@@ -40,6 +40,27 @@ def test_step_asked_for_outside_the_filters_range_is_refused(scenario, asked):
 
 
 @pytest.mark.parametrize(
+    ("own_s", "said"),
+    [("0.2", "traffic.step_s = 0.2 keeps the scenario's own"), ("1", "traffic.step_s = 0.2 comes closest to it")],
+)
+def test_what_is_changed_is_said_once_with_how_to_keep_it(scenario, own_s, said):
+    notes = resolve_options(scenario(options=f'<step-length value="{own_s}"/>'), seed=1).notes
+    assert [said in note for note in notes] == [True, False]
+    assert "traffic.lateral_resolution_m = 0 keeps" in notes[1]
+    kept = resolve_options(scenario(), seed=1, step_s=0.2, lateral_resolution_m=0.0)
+    assert kept.notes == ()
+    assert "--lateral-resolution" not in kept.arguments
+
+
+def test_begin_is_the_scenarios_or_what_is_asked_for(scenario):
+    config = scenario(options='<begin value="5"/><end value="60"/>')
+    assert [resolve_options(config, seed=1, begin_s=asked).begin_s for asked in (None, 0.0, 30.0)] == [5.0, 0.0, 30.0]
+    assert value(resolve_options(config, seed=1, begin_s=30.25).arguments, "begin") == "30.25"
+    with pytest.raises(GpsecError, match=r"traffic\.begin_s: expected less than the end in .*, 60 s, found 60 s"):
+        resolve_options(config, seed=1, begin_s=60.0)
+
+
+@pytest.mark.parametrize(
     ("text", "seconds"),
     [("90", 90.0), ("0:1:30", 90.0), ("1:0:1:30", 86490.0), ("-1", None), ("", None)],
 )

@@ -94,16 +94,19 @@ def test_nothing_is_written_beside_the_scenario_or_printed(scenario, run, capfd,
     assert any("No measures specified for ssm device" in warning for warning in session.warnings)
 
 
-@pytest.mark.parametrize("name", ["A10KW", "cross", "square", "ramp", "corridor", "fkk_in"])
+WHEEL = ("A10KW", "bs3d", "cross", "square", "ramp", "corridor", "grid6", "fkk_in", "racing/racing")
+
+
+@pytest.mark.parametrize("name", [*(f"{name}.sumocfg" for name in WHEEL), "highway.sumocfg.disabled"])
 def test_scenarios_of_the_wheel_run_and_stay_as_they_were(name, run):
     before = listing(GAME)
-    config = GAME / f"{name}.sumocfg"
+    config = GAME / name
     options = resolve_options(config, seed=3)
     with SumoSession(options, {}, lambda departure: True) as session:
-        frames = list(session.frames(10.0))
+        frames = list(session.frames(30.0))
         assert libsumo.simulation.getOption("lateral-resolution") == "0.8"
-    assert len(frames) == 100
-    assert frames[-1].time_s == pytest.approx(options.begin_s + 10.0)
+    assert len(frames) == 300
+    assert frames[-1].time_s == pytest.approx(options.begin_s + 30.0)
     assert max(frame.on_road for frame in frames) > 0
     assert listing(GAME) == before
 
