@@ -336,7 +336,9 @@ def test_list_shows_a_line_a_part(capsys: pytest.CaptureFixture[str]) -> None:
     names = {line.split()[0] for line in capsys.readouterr().out.splitlines()}
     assert names == {"chi_square", "cusum", "isolation_forest", "lstm", "oracle", "never"}
     assert cli.main(["list", "responses"]) == 0
-    assert {line.split()[0] for line in capsys.readouterr().out.splitlines()} == {"none", "dead_reckoning", "ukf"}
+    assert {line.split()[0] for line in capsys.readouterr().out.splitlines()} == {
+        *("none", "dead_reckoning", "ukf", "rollback", "ukf5", "ukf5_rollback")
+    }
     assert cli.main(["list", "scenarios", "--dir", str(Path(__file__).parent.parent / "scenarios")]) == 0
     assert capsys.readouterr().out.splitlines()[-1].startswith("town ")
 

@@ -24,6 +24,11 @@ class FilterNoise:
         gyro_white_rps: standard deviation of a yaw-rate sample; gyro_bias_rps: of its bias.
         heading_rad: standard deviation of the heading with which a filter starts.
         residual_m: standard deviation of camera offset minus map offset of an honest fix.
+        gyro_bias_tau_s: correlation time of the gyro's bias.
+        camera_white_m: standard deviation of the white part of C0 where the whole range is in view.
+        camera_slope: of C1, likewise.
+        camera_bias_m, camera_bias_tau_s: of the slow part of C0, and its correlation time.
+        camera_mount_m: of the mounting offset, constant for a vehicle.
 
     """
 
@@ -37,6 +42,12 @@ class FilterNoise:
     gyro_bias_rps: float
     heading_rad: float
     residual_m: float
+    gyro_bias_tau_s: float
+    camera_white_m: float
+    camera_slope: float
+    camera_bias_m: float
+    camera_bias_tau_s: float
+    camera_mount_m: float
 
 
 class NoiseTable(NamedTuple):
@@ -52,6 +63,12 @@ class NoiseTable(NamedTuple):
     gyro_bias_rps: Floats
     heading_rad: Floats
     residual_m: Floats
+    gyro_bias_tau_s: Floats
+    camera_white_m: Floats
+    camera_slope: Floats
+    camera_bias_m: Floats
+    camera_bias_tau_s: Floats
+    camera_mount_m: Floats
 
 
 def noise_table(profiles: list[FilterNoise]) -> NoiseTable:

@@ -8,6 +8,7 @@ from gpsec.arrays import Flags, Ints
 from gpsec.fleet import Measurements, Tracks, Vehicles
 from gpsec.hdmap.arrays import MapArrays, MatchIndex
 from gpsec.localization.noise_table import NoiseTable
+from gpsec.localization.past import Journey, Recall
 from gpsec.localization.state import FilterState
 
 
@@ -51,9 +52,28 @@ class Response(ABC):
     name: ClassVar[str]
     # A response that never isolates leaves everything as it is, alarm or not.
     isolates: ClassVar[bool] = True
+    # The filter learns scale and gyro bias (`gpsec.localization.learning`) instead of taking them for noise.
+    learns: ClassVar[bool] = False
+    # On an alarm the filter restarts from its past; such a response implements `rewind`.
+    rolls_back: ClassVar[bool] = False
 
     @abstractmethod
     def correct(
         self, cells: Cells, filters: FilterState, tracks: Tracks, vehicles: Vehicles, seen: Measurements, world: World
     ) -> None:
         """Correct the filters of `cells` with what is left when GNSS is not trusted."""
+
+    def rewind(  # noqa: B027 - most responses have no past to go back to
+        self,
+        cells: Cells,
+        filters: FilterState,
+        journey: Journey,
+        tracks: Tracks,
+        vehicles: Vehicles,
+        world: World,
+        recall: Recall,
+    ) -> None:
+        """Replace the filters of `cells`, which an alarm has just isolated, by what they were, brought up to now.
+
+        It comes before `correct`: this step's motion is to be applied, its camera is not.
+        """

@@ -3,9 +3,11 @@
 Defences that have done the same so far are in the same state, to the last bit: the same filter has seen the same
 odometry and the same fixes. Such cells of a track **share** one filter, that of their leader, until they part: because
 one isolates GNSS and another does not, or with another response, or because they take GNSS back at different times. So
-it costs little to try one more detector.
+it costs little to try one more detector. Defences whose responses learn, or keep a past, share filters among themselves
+only: theirs are different from the first step on.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Self
 
@@ -28,6 +30,7 @@ class FilterArrays(NamedTuple):
     isolated: Flags
     entered: Flags
     quiet_s: Floats
+    steps: Ints
     mean: Floats
     covariance: Floats
     consistent_s: Floats
@@ -36,6 +39,9 @@ class FilterArrays(NamedTuple):
     innovation: Floats
     innovation_valid: Flags
     repairs: Ints
+    past_mean: Floats
+    past_covariance: Floats
+    past_isolated: Flags
 
 
 @dataclass
@@ -49,15 +55,20 @@ class FilterState(Rows):
         isolated: (M, D) GNSS is not used.
         entered: (M, D) isolated since this very step.
         quiet_s: (M, D) time in isolation without an alarm.
-        mean: (M, D, 5) east and north of the rear axle (m), yaw (rad), slow GNSS error east and north (m). This and
-            what follows is meaningful where a defence leads.
-        covariance: (M, D, 5, 5).
+        steps: (M,) steps since the first fix.
+        mean: (M, D, S) east and north of the rear axle (m), yaw (rad), slow GNSS error east and north (m). This and
+            what follows is meaningful where a defence leads. Where a response of the run learns, there is room for
+            two states more, the scale error of the odometer (ratio) and the bias of the gyro (rad/s), which
+            `gpsec.localization.learning` uses.
+        covariance: (M, D, S, S).
         consistent_s: (M, D) time in isolation in which fixes have agreed with the estimate.
         isolated_way_m: (M, D) distance travelled in isolation.
         segment: (M, D) map segment of the estimate at the last camera correction, -1 before.
         innovation: (M, D, 2) normalised innovations of the last GNSS update; their squares sum to its NIS.
         innovation_valid: (M, D) there was a GNSS update in this step.
         repairs: (M, D) times that a covariance had to be made positive definite again.
+        past_mean, past_covariance, past_isolated: (M, D, B, …) ring of what the filter was, the covariances by their
+            lower triangles; `gpsec.localization.past`. Empty (B = 0) where no response of the run rolls back.
 
     """
 
@@ -67,6 +78,7 @@ class FilterState(Rows):
     isolated: Flags
     entered: Flags
     quiet_s: Floats
+    steps: Ints
     mean: Floats
     covariance: Floats
     consistent_s: Floats
@@ -75,26 +87,33 @@ class FilterState(Rows):
     innovation: Floats
     innovation_valid: Flags
     repairs: Ints
+    past_mean: Floats
+    past_covariance: Floats
+    past_isolated: Flags
 
     @classmethod
-    def empty(cls, capacity: int, defences: int) -> Self:
-        """Return `capacity` rows of filters that have not started; all defences share one."""
-        cells = (capacity, defences)
+    def empty(cls, capacity: int, leader: Sequence[int], states: int = STATES, snapshots: int = 0) -> Self:
+        """Return `capacity` rows of filters that have not started; `leader` says which defences share one."""
+        cells = (capacity, len(leader))
         return cls(
             started=np.zeros(capacity, np.bool_),
             fix_age_s=np.zeros(capacity),
-            leader=np.zeros(cells, np.int32),
+            leader=np.tile(np.array(leader, np.int32), (capacity, 1)),
             isolated=np.zeros(cells, np.bool_),
             entered=np.zeros(cells, np.bool_),
             quiet_s=np.zeros(cells),
-            mean=np.zeros((*cells, STATES)),
-            covariance=np.zeros((*cells, STATES, STATES)),
+            steps=np.zeros(capacity, np.int32),
+            mean=np.zeros((*cells, states)),
+            covariance=np.zeros((*cells, states, states)),
             consistent_s=np.zeros(cells),
             isolated_way_m=np.zeros(cells),
             segment=np.full(cells, -1, np.int32),
             innovation=np.zeros((*cells, 2)),
             innovation_valid=np.zeros(cells, np.bool_),
             repairs=np.zeros(cells, np.int32),
+            past_mean=np.zeros((*cells, snapshots, states)),
+            past_covariance=np.zeros((*cells, snapshots, states * (states + 1) // 2)),
+            past_isolated=np.zeros((*cells, snapshots), np.bool_),
         )
 
     def arrays(self) -> FilterArrays:
@@ -136,9 +155,10 @@ def part(filters: FilterArrays, row: int, key: Ints, before: Ints) -> None:
 
 @inline
 def _copy(filters: FilterArrays, row: int, source: int, target: int) -> None:
-    for i in range(STATES):
+    states = filters.mean.shape[2]
+    for i in range(states):
         filters.mean[row, target, i] = filters.mean[row, source, i]
-        for j in range(STATES):
+        for j in range(states):
             filters.covariance[row, target, i, j] = filters.covariance[row, source, i, j]
     filters.consistent_s[row, target] = filters.consistent_s[row, source]
     filters.isolated_way_m[row, target] = filters.isolated_way_m[row, source]
@@ -147,6 +167,12 @@ def _copy(filters: FilterArrays, row: int, source: int, target: int) -> None:
     filters.innovation[row, target, 1] = filters.innovation[row, source, 1]
     filters.innovation_valid[row, target] = filters.innovation_valid[row, source]
     filters.repairs[row, target] = filters.repairs[row, source]
+    for k in range(filters.past_isolated.shape[2]):
+        filters.past_isolated[row, target, k] = filters.past_isolated[row, source, k]
+        for i in range(states):
+            filters.past_mean[row, target, k, i] = filters.past_mean[row, source, k, i]
+        for i in range(filters.past_covariance.shape[3]):
+            filters.past_covariance[row, target, k, i] = filters.past_covariance[row, source, k, i]
 
 
 @kernel

@@ -13,12 +13,12 @@ import numpy as np
 
 from gpsec.arrays import Flags, Floats, Ints
 from gpsec.fleet import Measurements, Tracks, Vehicles
-from gpsec.geo import wrap_angle
 from gpsec.kernels import inline, kernel
-from gpsec.localization import ekf, ukf
+from gpsec.localization import ekf, learning, ukf
 from gpsec.localization.noise_table import NoiseTable
+from gpsec.localization.past import SNAPSHOTS, Journey, Recall, keep
 from gpsec.localization.responses import Cells, Response, World
-from gpsec.localization.state import FilterArrays, FilterState, part
+from gpsec.localization.state import STATES, FilterArrays, FilterState, part
 from gpsec.threads import Threads
 
 # Called with the name of what was done since the last call.
@@ -28,8 +28,6 @@ Lap = Callable[[str], None]
 _GATE_SIGMAS = 3.0
 # … plus this much along the lane, which an attack may have put into the estimate before it was seen.
 _GATE_ALONG_M = 1.0
-# A yaw that is further from the heading sensor's, in standard deviations of that, has been turned by fixes.
-_YAW_SIGMAS = 4.0
 # Fixes count as lost after this many periods, whatever `outage_s` says.
 _OUTAGE_PERIODS = 2.5
 
@@ -42,12 +40,14 @@ class SwitchSettings:
         hold_s: isolation lasts at least this long after the last alarm.
         rejoin_s: fixes must have agreed for this long.
         outage_s: without a fix for this long, GNSS counts as lost.
+        rollback_s: responses that roll back restart from at least this long ago.
 
     """
 
     hold_s: float = 2.0
     rejoin_s: float = 1.0
     outage_s: float = 0.5
+    rollback_s: float = 6.0
 
 
 class Localization:
@@ -57,6 +57,7 @@ class Localization:
         detector: (D,) column of the alarm that each defence listens to.
         responses: its response.
         world, settings: what they work with.
+        recall: how far back responses go that roll back.
 
     """
 
@@ -69,14 +70,26 @@ class Localization:
         # Which response each defence has, by number; -1 where it never isolates.
         self._kind = np.array([kinds.index(one) if one.isolates else -1 for one in responses], np.int32)
         self._isolating = [(number, kind) for number, kind in enumerate(kinds) if kind.isolates]
+        self._learns = np.array([one.learns for one in responses], np.bool_)
+        self._rolls_back = np.array([one.rolls_back for one in responses], np.bool_)
+        self.recall = Recall.over(settings.rollback_s, world.step_s)
+        # Filters of the same sort are in the same state until something happens.
+        sorts = [(one.learns, one.rolls_back) for one in responses]
+        self._leader = [sorts.index(sort) for sort in sorts]
 
     def new_state(self, capacity: int) -> FilterState:
         """Return filters for `capacity` track rows that have not started."""
-        return FilterState.empty(capacity, len(self.responses))
+        states = learning.LEARNING_STATES if self._learns.any() else STATES
+        return FilterState.empty(capacity, self._leader, states, SNAPSHOTS if self._rolls_back.any() else 0)
+
+    def new_journey(self) -> Journey:
+        """Return a journey in which nothing is recorded; it grows with the vehicles."""
+        return Journey.empty(1, self.recall.steps)
 
     def step(
         self,
         filters: FilterState,
+        journey: Journey,
         rows: Ints,
         tracks: Tracks,
         vehicles: Vehicles,
@@ -86,11 +99,13 @@ class Localization:
         lap: Lap = lambda stage: None,
     ) -> None:
         """Take one step with the track rows `rows`; `alarm` is (M, K), and `lap` is told what was done."""
+        if self._rolls_back.any():
+            journey.record(rows, tracks, vehicles, seen)
         threads.run(self._propagate, rows, filters, tracks, vehicles, seen, alarm)
         lap("EKF")
         isolated = rows[filters.isolated[rows].any(axis=1)]
         if len(isolated):
-            threads.run(self._correct, isolated, filters, tracks, vehicles, seen, alarm)
+            threads.run(self._correct, isolated, filters, journey, tracks, vehicles, seen, alarm)
         lap("UKF")
 
     def _room(self) -> Ints:
@@ -112,10 +127,13 @@ class Localization:
             rows,
             self.detector,
             self._kind,
+            self._learns,
+            self._rolls_back,
             alarm,
             world.table,
             world.step_s,
             settings.outage_s,
+            self.recall.interval,
             self._room(),
             filters.arrays(),
             tracks.vehicle,
@@ -131,6 +149,7 @@ class Localization:
         self,
         rows: Ints,
         filters: FilterState,
+        journey: Journey,
         tracks: Tracks,
         vehicles: Vehicles,
         seen: Measurements,
@@ -144,10 +163,13 @@ class Localization:
             row, column = rows[at], defence.astype(np.int32)
             if len(row):
                 cells = Cells(row, column, filters.entered[row, column])
+                if response.rolls_back:
+                    self._rewind(response, cells, filters, journey, tracks, vehicles)
                 response.correct(cells, filters, tracks, vehicles, seen, world)
         _rejoin(
             rows,
             self.detector,
+            self._learns,
             alarm,
             world.table,
             world.step_s,
@@ -164,16 +186,37 @@ class Localization:
             vehicles.profile,
         )
 
+    def _rewind(
+        self,
+        response: Response,
+        cells: Cells,
+        filters: FilterState,
+        journey: Journey,
+        tracks: Tracks,
+        vehicles: Vehicles,
+    ) -> None:
+        """Let those cells go back that an alarm has isolated in this step; fixes that were lost have spoilt nothing."""
+        world = self.world
+        period_s = world.table.gnss_period_s[vehicles.profile[tracks.vehicle[cells.row]]]
+        lost = filters.fix_age_s[cells.row] > np.maximum(self.settings.outage_s, _OUTAGE_PERIODS * period_s)
+        back = cells.entered & ~lost
+        if back.any():
+            alarmed = Cells(cells.row[back], cells.defence[back], cells.entered[back])
+            response.rewind(alarmed, filters, journey, tracks, vehicles, world, self.recall)
+
 
 @kernel
 def _propagate(
     rows: Ints,
     detector: Ints,
     kind: Ints,
+    learns: Flags,
+    rolls_back: Flags,
     alarm: Flags,
     table: NoiseTable,
     step_s: float,
     outage_s: float,
+    interval: int,
     room: Ints,
     filters: FilterArrays,
     vehicle: Ints,
@@ -195,8 +238,15 @@ def _propagate(
             if fix_valid[row]:
                 filters.started[row] = True
                 for d in range(len(detector)):
-                    ekf.start(filters.mean[row, d], filters.covariance[row, d], table, q, x, y, heading_rad[v])
+                    if learns[d]:
+                        learning.start(filters.mean[row, d], filters.covariance[row, d], table, q, x, y, heading_rad[v])
+                    else:
+                        ekf.start(filters.mean[row, d], filters.covariance[row, d], table, q, x, y, heading_rad[v])
             continue
+        for d in range(len(detector)):
+            if rolls_back[d] and filters.leader[row, d] == d:
+                keep(filters, row, d, filters.steps[row], interval, filters.isolated[row, d])
+        filters.steps[row] += 1
         filters.fix_age_s[row] = 0.0 if fix_valid[row] else filters.fix_age_s[row] + step_s
         lost = _is_lost(filters.fix_age_s[row], outage_s, table.gnss_period_s[q])
         any_begins = False
@@ -220,21 +270,33 @@ def _propagate(
                     filters.consistent_s[row, d] = 0.0
                     filters.isolated_way_m[row, d] = 0.0
                     filters.segment[row, d] = -1
-                    if not lost:
-                        # The filter has not turned yet in this step.
-                        heading = heading_rad[v] - yaw_rate_rps[v] * step_s
-                        _drop_polluted_yaw(mean, covariance, heading, table.heading_rad[q])
+                    # The filter has not turned yet in this step.
+                    heading = heading_rad[v] - yaw_rate_rps[v] * step_s
+                    if learns[d]:
+                        learning.isolate(mean, covariance, table, q)
+                        if not lost:
+                            learning.drop_polluted_yaw(mean, covariance, heading, table.heading_rad[q])
+                    elif not lost:
+                        ukf.drop_polluted_yaw(mean, covariance, heading, table.heading_rad[q])
             if not leads:
                 continue
             filters.innovation_valid[row, d] = False
-            if filters.isolated[row, d]:
+            isolated = filters.isolated[row, d]
+            if learns[d]:
+                learning.predict(mean, covariance, table, q, speed_mps[v], yaw_rate_rps[v], step_s, isolated)
+            elif isolated:
                 ukf.predict(mean, covariance, table, q, speed_mps[v], yaw_rate_rps[v], step_s)
+            else:
+                ekf.predict(mean, covariance, table, q, speed_mps[v], yaw_rate_rps[v], step_s)
+            if isolated:
                 filters.isolated_way_m[row, d] += abs(speed_mps[v]) * step_s
-                continue
-            ekf.predict(mean, covariance, table, q, speed_mps[v], yaw_rate_rps[v], step_s)
-            if fix_valid[row]:
+            elif fix_valid[row]:
                 innovation = filters.innovation[row, d]
-                filters.repairs[row, d] += ekf.update(mean, covariance, innovation, x, y, table.gnss_white_m[q])
+                white_m = table.gnss_white_m[q]
+                if learns[d]:
+                    filters.repairs[row, d] += learning.update(mean, covariance, innovation, x, y, white_m)
+                else:
+                    filters.repairs[row, d] += ekf.update(mean, covariance, innovation, x, y, white_m)
                 filters.innovation_valid[row, d] = True
 
 
@@ -243,23 +305,11 @@ def _is_lost(fix_age_s: float, outage_s: float, period_s: float) -> bool:
     return fix_age_s > max(outage_s, _OUTAGE_PERIODS * period_s)
 
 
-@inline
-def _drop_polluted_yaw(mean: Floats, covariance: Floats, heading_rad: float, sigma_rad: float) -> None:
-    """Take the heading sensor's yaw where the filter's contradicts it.
-
-    Fixes that jump sideways turn the EKF's yaw (a jump of 2.4 m by some degrees), and in isolation nothing would
-    correct it. The heading sensor knows nothing of fixes. Where fixes are only lost, the filter knows yaw better than
-    a sensor that may be off by its bias.
-    """
-    if abs(wrap_angle(mean[2] - heading_rad)) > _YAW_SIGMAS * sigma_rad:
-        mean[2] = heading_rad
-        covariance[2, 2] = sigma_rad * sigma_rad
-
-
 @kernel
 def _rejoin(
     rows: Ints,
     detector: Ints,
+    learns: Flags,
     alarm: Flags,
     table: NoiseTable,
     step_s: float,
@@ -294,7 +344,7 @@ def _rejoin(
                     filters.consistent_s[row, d] = 0.0
                 if comparable:
                     agrees = abs(residual_m[row]) <= _GATE_SIGMAS * table.residual_m[q] and _is_near(
-                        filters, row, d, table, q, x, y
+                        filters, row, d, learns[d], table, q, x, y
                     )
                     agreed_s = filters.consistent_s[row, d] + max(table.gnss_period_s[q], step_s)
                     filters.consistent_s[row, d] = agreed_s if agrees else 0.0
@@ -310,7 +360,7 @@ def _rejoin(
             if joins[d] == 1:
                 filters.isolated[row, d] = False
                 if filters.leader[row, d] == d:
-                    _trust_again(filters, row, d, table, q, x, y)
+                    _trust_again(filters, row, d, learns[d], table, q, x, y)
 
 
 @inline
@@ -323,35 +373,47 @@ def _along(filters: FilterArrays, row: int, d: int, x_m: float, y_m: float) -> t
 
 
 @inline
-def _drift(filters: FilterArrays, row: int, d: int, table: NoiseTable, profile: int) -> float:
-    """Return the variance along the way that the odometer's scale error has made in isolation."""
+def _drift(filters: FilterArrays, row: int, d: int, learns: bool, table: NoiseTable, profile: int) -> float:
+    """Return the variance along the way that the odometer's scale error has made in isolation.
+
+    A filter that has learnt its scale has this in its covariance.
+    """
+    if learns:
+        return 0.0
     return float((table.odometer_scale[profile] * filters.isolated_way_m[row, d]) ** 2)
 
 
 @inline
-def _is_near(filters: FilterArrays, row: int, d: int, table: NoiseTable, profile: int, x_m: float, y_m: float) -> bool:
+def _is_near(
+    filters: FilterArrays, row: int, d: int, learns: bool, table: NoiseTable, profile: int, x_m: float, y_m: float
+) -> bool:
     P = filters.covariance[row, d]
     ux, uy, along = _along(filters, row, d, x_m, y_m)
     variance = P[0, 0] * ux * ux + 2.0 * P[0, 1] * ux * uy + P[1, 1] * uy * uy
     variance += (
-        _drift(filters, row, d, table, profile) + table.gnss_white_m[profile] ** 2 + table.gnss_bias_m[profile] ** 2
+        _drift(filters, row, d, learns, table, profile)
+        + table.gnss_white_m[profile] ** 2
+        + table.gnss_bias_m[profile] ** 2
     )
     return bool(max(abs(along) - _GATE_ALONG_M, 0.0) <= _GATE_SIGMAS * variance**0.5)
 
 
 @inline
 def _trust_again(
-    filters: FilterArrays, row: int, d: int, table: NoiseTable, profile: int, x_m: float, y_m: float
+    filters: FilterArrays, row: int, d: int, learns: bool, table: NoiseTable, profile: int, x_m: float, y_m: float
 ) -> None:
     """Let GNSS move the estimate along the lane by what was found; its slow error is as unknown as at the start."""
     m = filters.mean[row, d]
     P = filters.covariance[row, d]
     ux, uy, along = _along(filters, row, d, x_m, y_m)
-    widened = _drift(filters, row, d, table, profile) + along * along
+    widened = _drift(filters, row, d, learns, table, profile) + along * along
     P[0, 0] += widened * ux * ux
     P[0, 1] += widened * ux * uy
     P[1, 0] = P[0, 1]
     P[1, 1] += widened * uy * uy
+    if learns:
+        learning.trust_again(m, P, table, profile)
+        return
     bias = table.gnss_bias_m[profile] ** 2
     m[3] = 0.0
     m[4] = 0.0

@@ -23,6 +23,8 @@ from gpsec.localization.noise_table import NoiseTable
 ALPHA, BETA, KAPPA = 1.0, 2.0, 1.0
 # Segments that one search may find for all sigma points; where there are more, each point is searched for.
 NEAR = 64
+# A yaw that is further from the heading sensor's, in standard deviations of that, has been turned by fixes.
+YAW_SIGMAS = 4.0
 
 
 class SigmaWeights(NamedTuple):
@@ -44,6 +46,19 @@ def sigma_weights() -> SigmaWeights:
     covariance = mean.copy()
     covariance[0] += 1.0 - ALPHA**2 + BETA
     return SigmaWeights(mean, covariance, spread)
+
+
+@inline
+def drop_polluted_yaw(mean: Floats, covariance: Floats, heading_rad: float, sigma_rad: float) -> None:
+    """Take the heading sensor's yaw where the filter's contradicts it.
+
+    Fixes that jump sideways turn the EKF's yaw (a jump of 2.4 m by some degrees), and in isolation nothing would
+    correct it. The heading sensor knows nothing of fixes. Where fixes are only lost, the filter knows yaw better than
+    a sensor that may be off by its bias.
+    """
+    if abs(wrap_angle(mean[2] - heading_rad)) > YAW_SIGMAS * sigma_rad:
+        mean[2] = heading_rad
+        covariance[2, 2] = sigma_rad * sigma_rad
 
 
 @inline

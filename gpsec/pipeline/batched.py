@@ -25,6 +25,7 @@ class BatchedMethod:
             None if isinstance(detector, LabelledDetector) else detector.new_state(1) for detector in watchers.detectors
         ]
         self._filters: FilterState = localization.new_state(1)
+        self._journey = localization.new_journey()
         self.answers = Answers.empty(1, len(watchers.names), len(localization.responses))
 
     def _states(self) -> Sequence[Rows]:
@@ -77,7 +78,9 @@ class BatchedMethod:
         watch.lap("matching")
         self._detect(rows, tracks, vehicles, seen, threads, watch)
         filters = self._filters
-        self._localization.step(filters, rows, tracks, vehicles, seen, self.answers.alarm, threads, watch.lap)
+        self._localization.step(
+            filters, self._journey, rows, tracks, vehicles, seen, self.answers.alarm, threads, watch.lap
+        )
         threads.run(report, rows, filters.arrays(), self.answers.estimate_m, self.answers.isolated)
         watch.lap("outcomes")
 

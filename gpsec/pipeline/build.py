@@ -100,7 +100,10 @@ def make_localization(scenario: Scenario, world: World, detectors: Sequence[str]
     responses = {name: RESPONSES[name]() for name in {defence.response for defence in scenario.defences}}
     columns = np.array([detectors.index(defence.detector) for defence in scenario.defences], np.int32)
     settings = SwitchSettings(
-        scenario.localization.hold_s, scenario.localization.rejoin_s, scenario.localization.outage_s
+        scenario.localization.hold_s,
+        scenario.localization.rejoin_s,
+        scenario.localization.outage_s,
+        scenario.localization.rollback_s,
     )
     return Localization(columns, [responses[defence.response] for defence in scenario.defences], world, settings)
 

@@ -20,4 +20,11 @@ def filter_noise(profile: SensorProfile, step_s: float) -> FilterNoise:
         gyro_bias_rps=radians(profile.gyro.bias_deg_per_h / 3600.0),
         heading_rad=radians(sqrt(profile.heading.white_deg**2 + profile.heading.bias_deg**2)),
         residual_m=residual_sigma_m(profile),
+        gyro_bias_tau_s=profile.gyro.bias_tau_s,
+        camera_white_m=profile.camera.white_m,
+        # C1 of a cubic that is fitted to the whole range (docs/sensors.md).
+        camera_slope=profile.camera.white_m * sqrt(75.0) / profile.camera.range_m,
+        camera_bias_m=profile.camera.bias_m,
+        camera_bias_tau_s=profile.camera.bias_tau_s,
+        camera_mount_m=profile.camera.mount_m,
     )

@@ -79,9 +79,11 @@ def _correct(scenario: Scenario) -> None:
     first = np.zeros(1, np.int32)
     cells = Cells(first, first, np.zeros(1, np.bool_))
     for response in localization.responses:
-        response.correct(
-            cells, localization.new_state(1), Tracks.empty(1), Vehicles.empty(1), Measurements.empty(1), ground.world
-        )
+        filters, tracks, vehicles = localization.new_state(1), Tracks.empty(1), Vehicles.empty(1)
+        response.correct(cells, filters, tracks, vehicles, Measurements.empty(1), ground.world)
+        if response.rolls_back:
+            journey, recall = localization.new_journey(), localization.recall
+            response.rewind(cells, filters, journey, tracks, vehicles, ground.world, recall)
 
 
 def _hurried(scenario: Scenario) -> Scenario:

@@ -8,6 +8,7 @@ from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints, Unscen
 from gpsec.arrays import Floats
 from gpsec.localization.noise_table import LASTING_ERROR_S, FilterNoise
 from gpsec.reference.matching import Road
+from gpsec.reference.sight import Sight
 
 
 class GnssEkf:
@@ -20,7 +21,7 @@ class GnssEkf:
     _H = np.array([[1.0, 0.0, 0.0, 1.0, 0.0], [0.0, 1.0, 0.0, 0.0, 1.0]])
 
     def __init__(self, noise: FilterNoise, mean: Floats, covariance: Floats) -> None:
-        self._noise = noise
+        self.noise = noise
         self._filter = ExtendedKalmanFilter(dim_x=5, dim_z=2)
         self._filter.x, self._filter.P = mean, covariance
         self._filter.R = np.eye(2) * noise.gnss_white_m**2
@@ -50,7 +51,7 @@ class GnssEkf:
     def predict(self, speed_mps: float, yaw_rate_rps: float, step_s: float) -> None:
         """Propagate by one step."""
         self.nis = None
-        noise, ekf = self._noise, self._filter
+        noise, ekf = self.noise, self._filter
         east, north, yaw, slow_east, slow_north = ekf.x
         shift = arc(yaw, speed_mps * step_s, yaw_rate_rps * step_s)
         decay = exp(-step_s / noise.gnss_bias_tau_s)
@@ -81,9 +82,15 @@ class CameraUkf:
     ) -> None:
         self._noise = noise
         points = MerweScaledSigmaPoints(n=2, alpha=1.0, beta=2.0, kappa=1.0)
-        self._filter = UnscentedKalmanFilter(dim_x=2, dim_z=1, dt=0.0, hx=_not_given, fx=_not_given, points=points)
+        self._filter = UnscentedKalmanFilter(dim_x=2, dim_z=1, dt=0.0, hx=not_given, fx=not_given, points=points)
         self._filter.x, self._filter.P = position_m, covariance
         self.yaw_rad, self.yaw_variance = yaw_rad, yaw_variance
+
+    @classmethod
+    def isolated(cls, ekf: GnssEkf) -> "CameraUkf":
+        """Go on from where a filter is that has trusted GNSS."""
+        mean, P = ekf.mean, ekf.covariance
+        return cls(ekf.noise, mean[:2].copy(), P[:2, :2].copy(), float(mean[2]), float(P[2, 2]))
 
     @property
     def mean(self) -> Floats:
@@ -105,30 +112,41 @@ class CameraUkf:
         self.yaw_rad = wrapped(self.yaw_rad + turn)
         self.yaw_variance += yaw_noise(self._noise, step_s)
 
-    def update(self, road: Road, lane: int, offset_m: float, sigma_m: float) -> bool:
+    def take_yaw(self, yaw_rad: float) -> None:
+        """Take the heading sensor's yaw."""
+        self.yaw_rad, self.yaw_variance = yaw_rad, self._noise.heading_rad**2
+
+    def trusting(self, widened: Floats) -> GnssEkf:
+        """Go back to GNSS; the covariance of the position grows by (2, 2) `widened`."""
+        P = np.diag([0.0, 0.0, self.yaw_variance, self._noise.gnss_bias_m**2, self._noise.gnss_bias_m**2])
+        P[:2, :2] = self.covariance + widened
+        return GnssEkf(self._noise, np.array([*self.mean, self.yaw_rad, 0.0, 0.0]), P)
+
+    def update(self, road: Road, sight: Sight) -> bool:
         """Correct with the lane offset that the camera sees (Eqs 13-16).
 
         Returns whether every sigma point was matched; where one was not, nothing is corrected.
         """
 
         def expected(point: Floats) -> Floats:
-            offset = road.offset(float(point[0]), float(point[1]), self.yaw_rad, lane)
+            offset = road.offset(float(point[0]), float(point[1]), self.yaw_rad, sight.lane)
             if offset is None:
-                raise _NoLaneError
+                raise NoLaneError
             return np.array([offset])
 
         try:
-            self._filter.update(np.array([offset_m]), R=sigma_m**2, hx=expected)
-        except _NoLaneError:
+            self._filter.update(np.array([sight.lane_offset_m]), R=sight.camera_sigma_m**2, hx=expected)
+        except NoLaneError:
             return False
         return True
 
 
-class _NoLaneError(Exception):
+class NoLaneError(Exception):
     """A sigma point lies beside no lane."""
 
 
-def _not_given(*_: object) -> Floats:
+def not_given(*_: object) -> Floats:
+    """Stand in for a function that filterpy is given with every call."""
     raise NotImplementedError("given with every call")
 
 

@@ -53,17 +53,34 @@ class Road:
 
     def offset(self, x_m: float, y_m: float, heading_rad: float, lane: int) -> float | None:
         """Return the offset of a position from the lane centre, left positive; None where nothing matches."""
+        found = self._beside(x_m, y_m, heading_rad, lane)
+        return None if found is None else found[0]
+
+    def view(self, x_m: float, y_m: float, heading_rad: float, lane: int) -> tuple[float, float] | None:
+        """Return the offset from the arc over the matched segment, and the direction of the lane less the heading."""
+        found = self._beside(x_m, y_m, heading_rad, lane)
+        if found is None:
+            return None
+        offset, turn, segment = found
+        first, last = self._start_yaw_rad[segment], self._end_yaw_rad[segment]
+        share = float((turn + heading_rad - first) / (last - first)) if last != first else 0.0
+        length = float(np.hypot(*(self._end_m[segment] - self._start_m[segment])))
+        # The parabola that turns by as much as the lane does between the two points.
+        return offset + (last - first) * length * share * (1.0 - share) / 2.0 / cos(turn), turn
+
+    def _beside(self, x_m: float, y_m: float, heading_rad: float, lane: int) -> tuple[float, float, int] | None:
         point = shapely.Point(x_m, y_m)
         segment = self._on_chain(point, lane) if self.tracked else self._nearest(point, heading_rad)
         if segment is None:
             return None
-        cosine = cos(heading_rad - self._yaw(segment, point))
+        turn = self._yaw(segment, point) - heading_rad
+        cosine = cos(turn)
         if abs(cosine) < WIDEST_ANGLE_COS:
             return None
         along, across = self._end_m[segment] - self._start_m[segment], (x_m, y_m) - self._start_m[segment]
         left = along[0] * across[1] - along[1] * across[0] >= 0.0
         distance = float(shapely.distance(self._lines[segment], point))
-        return (distance if left else -distance) / cosine
+        return (distance if left else -distance) / cosine, turn, segment
 
     def _on_chain(self, point: shapely.Point, lane: int) -> int:
         tree, segments = self._tree(lane)

@@ -11,8 +11,9 @@ from gpsec.localization.responses import World
 from gpsec.localization.switch import Localization
 from gpsec.reference.detectors import Scale, Watch, watch_maker
 from gpsec.reference.matching import Road
+from gpsec.reference.past import Rules
 from gpsec.reference.sight import Sight
-from gpsec.reference.switch import Helm, Rules
+from gpsec.reference.switch import Helm
 from gpsec.threads import Threads
 
 # As `gpsec.hdmap.search` numbers it.
@@ -133,7 +134,7 @@ class ReferenceMethod:
 
 
 def _sight(row: int, vehicle: int, tracks: Tracks, vehicles: Vehicles, seen: Measurements) -> Sight:
-    c0, _, c2, _ = seen.lane_poly[vehicle].tolist()
+    c0, c1, c2, _ = seen.lane_poly[vehicle].tolist()
     return Sight(
         fix_m=tracks.fix_m[row].copy() if tracks.fix_valid[row] else None,
         lane=int(vehicles.lane[vehicle]),
@@ -141,6 +142,7 @@ def _sight(row: int, vehicle: int, tracks: Tracks, vehicles: Vehicles, seen: Mea
         speed_mps=float(seen.speed_mps[vehicle]),
         yaw_rate_rps=float(seen.yaw_rate_rps[vehicle]),
         lane_offset_m=-c0 if seen.camera_valid[vehicle] else None,
+        lane_slope=c1,
         curvature_per_m=2.0 * c2,
         camera_sigma_m=float(seen.camera_sigma_m[vehicle]),
     )

@@ -15,6 +15,7 @@ class Sight:
         heading_rad: yaw as the vehicle knows it.
         speed_mps, yaw_rate_rps: odometer and gyro over the step.
         lane_offset_m: from the lane's centre as the camera sees it (-C0), left positive.
+        lane_slope: of the lane in the vehicle's frame, as the camera sees it (C1).
         curvature_per_m: of the lane, as the camera sees it (2·C2).
         camera_sigma_m: standard deviation that the camera states.
 
@@ -26,5 +27,6 @@ class Sight:
     speed_mps: float
     yaw_rate_rps: float
     lane_offset_m: float | None
+    lane_slope: float
     curvature_per_m: float
     camera_sigma_m: float

@@ -144,11 +144,14 @@ class LocalizationSection(Section):
         hold_s: seconds that GNSS stays isolated after the last alarm.
         rejoin_s: seconds that fixes must agree with the estimate before they are used again.
         outage_s: seconds without a fix after which a vehicle counts as without GNSS.
+        rollback_s: seconds before the alarm, at least, from which `rollback` and `ukf5_rollback` restart.
     """
 
     hold_s: float = Field(2.0, ge=0.0, le=600.0)
     rejoin_s: float = Field(1.0, ge=0.0, le=600.0)
     outage_s: float = Field(0.5, ge=0.0, le=600.0)
+    # Where an attack grows slowly, the detectors' mean delay is 5 to 6.5 s (README.md).
+    rollback_s: float = Field(6.0, ge=0.0, le=60.0)
 
 
 class OutcomesSection(Section):

@@ -26,6 +26,12 @@ FIGURES = FilterNoise(
     gyro_bias_rps=1e-4,
     heading_rad=0.01,
     residual_m=0.15,
+    gyro_bias_tau_s=100.0,
+    camera_white_m=0.06,
+    camera_slope=0.01,
+    camera_bias_m=0.04,
+    camera_bias_tau_s=10.0,
+    camera_mount_m=0.03,
 )
 ONE_THREAD = Threads(1)
 
@@ -55,6 +61,8 @@ class Rig:
         self.vehicles, self.seen = Vehicles.empty(self.count), Measurements.empty(self.count)
         self.tracks = Tracks.empty(self.count)
         self.filters: FilterState = self.localization.new_state(self.count)
+        self.journey = self.localization.new_journey()
+        self.journey.grow(self.count)
         self.alarm = np.zeros((self.count, len(parts)), np.bool_)
         self.tracks.vehicle[:] = np.arange(self.count)
         self.vehicles.lane[:] = self.lane
@@ -85,7 +93,7 @@ class Rig:
         self.localize(self.rows)
 
     def localize(self, rows: np.ndarray) -> None:
-        state = self.filters, rows, self.tracks, self.vehicles, self.seen, self.alarm, ONE_THREAD
+        state = self.filters, self.journey, rows, self.tracks, self.vehicles, self.seen, self.alarm, ONE_THREAD
         self.localization.step(*state)
 
     def error_m(self, response: str) -> np.ndarray:

@@ -88,7 +88,12 @@ def correct(
 ) -> tuple[int, int]:
     """Correct `mean` and `P` in place with one lane offset; return the segment and the repairs made."""
     world = World(hd_map.lanes, hd_map.index, mode, np.array([layer], np.int32), noise_table([FIGURES]), STEP_S)
-    filters, tracks, vehicles, seen = FilterState.empty(1, 1), Tracks.empty(1), Vehicles.empty(1), Measurements.empty(1)
+    filters, tracks, vehicles, seen = (
+        FilterState.empty(1, [0]),
+        Tracks.empty(1),
+        Vehicles.empty(1),
+        Measurements.empty(1),
+    )
     filters.mean[0, 0], filters.covariance[0, 0], filters.segment[:] = mean, P, hint
     tracks.vehicle[:] = vehicles.lane[:] = 0
     seen.lane_poly[0, 0], seen.camera_sigma_m[:], seen.camera_valid[:] = -offset_m, SIGMA_M, True

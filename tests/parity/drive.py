@@ -21,7 +21,10 @@ from gpsec.engine import Method, Stopwatch, Watchers
 from gpsec.localization.camera_ukf import CameraUkf
 from gpsec.localization.dead_reckoning import DeadReckoning
 from gpsec.localization.no_response import NoResponse
+from gpsec.localization.rollback import Rollback
 from gpsec.localization.switch import Localization, SwitchSettings
+from gpsec.localization.ukf5 import Ukf5
+from gpsec.localization.ukf5_rollback import Ukf5Rollback
 from gpsec.pipeline.build import Ground, lay_ground
 from gpsec.pipeline.convoy import Convoy
 from gpsec.scenario import load_scenario
@@ -48,6 +51,9 @@ DEFENCES = (
     ("cusum", DeadReckoning),
     ("isolation_forest", CameraUkf),
     ("lstm", DeadReckoning),
+    ("isolation_forest", Rollback),
+    ("chi_square", Ukf5),
+    ("cusum", Ukf5Rollback),
 )
 
 

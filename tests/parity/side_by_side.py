@@ -10,6 +10,7 @@ from gpsec.engine import Stopwatch
 from gpsec.fleet import Measurements, Tracks, Vehicles
 from gpsec.localization.state import FilterState
 from gpsec.pipeline.batched import BatchedMethod
+from gpsec.reference.learning import LaneUkf
 from gpsec.reference.method import ReferenceMethod
 from gpsec.threads import Threads
 
@@ -114,13 +115,22 @@ class SideBySide:
         for d, navigator in enumerate(navigators):
             mean, covariance = filters.mean[row, d], filters.covariance[row, d]
             if navigator.ekf is not None:
-                found.close("EKF state", navigator.ekf.mean, mean)
-                found.close("EKF covariance", navigator.ekf.covariance, covariance)
+                size = len(navigator.ekf.mean)
+                learning = "learning " * (size > 5)
+                found.close(f"{learning}EKF state", navigator.ekf.mean, mean[:size])
+                found.close(f"{learning}EKF covariance", navigator.ekf.covariance, covariance[:size, :size])
                 found.same("EKF update", navigator.ekf.nis is not None, filters.innovation_valid[row, d])
                 if navigator.ekf.nis is not None:
                     nis = float((filters.innovation[row, d] ** 2).sum())
                     found.relative("EKF NIS", navigator.ekf.nis, nis)
-            if navigator.ukf is not None:
+            if isinstance(navigator.ukf, LaneUkf):
+                at = [0, 1, 2, 5, 6, 3]
+                found.close("lane UKF state", navigator.ukf.state, mean[at])
+                found.close("lane UKF covariance", navigator.ukf.state_covariance, covariance[np.ix_(at, at)])
+                found.seen["lane correction"] += navigator.corrected
+                found.seen["lane rollback"] += navigator.went_back
+            elif navigator.ukf is not None:
+                found.seen["rollback"] += navigator.went_back
                 found.close("UKF state", [*navigator.ukf.mean, navigator.ukf.yaw_rad], mean[:3])
                 found.close("UKF covariance", navigator.ukf.covariance, covariance[:2, :2])
                 found.close("UKF yaw variance", navigator.ukf.yaw_variance, covariance[2, 2])

@@ -31,6 +31,8 @@ def test_both_engines_agree_after_every_step(drive: Drive, mode: int):
     assert found.seen["fork"] == 15
     assert min(found.seen["isolation begins"], found.seen["isolation ends"]) > 30
     assert found.seen["camera correction"] > 1000
+    assert found.seen["lane correction"] > 1000
+    assert min(found.seen["rollback"], found.seen["lane rollback"]) > 5
     assert found.seen["in a junction"] > 20
     assert mode == TRACKED or found.seen["on another lane"] > 100
     assert found.seen["repair"] == 0

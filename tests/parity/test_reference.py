@@ -20,7 +20,8 @@ from gpsec.localization.switch import SwitchSettings
 from gpsec.reference.detectors import watch_maker
 from gpsec.reference.forest import PlainForest
 from gpsec.reference.network import PlainNetwork
-from gpsec.reference.switch import Helm, Rules
+from gpsec.reference.past import Rules
+from gpsec.reference.switch import Helm
 
 
 def test_no_module_of_the_reference_knows_a_kernel():
@@ -73,6 +74,6 @@ class Unheard(Detector):
 def test_what_has_no_reference_is_named():
     with pytest.raises(GpsecError, match=r"^the reference engine has no detector 'unheard': did you mean 'never'\?"):
         watch_maker(Unheard(), 1)
-    rules = Rules(FilterNoise(*[1.0] * 10), SwitchSettings(), 0.1)
+    rules = Rules(FilterNoise(*[1.0] * 16), SwitchSettings(), 0.1)
     with pytest.raises(GpsecError, match=r"^the reference engine has no response 'uk': did you mean 'ukf'\?"):
         Helm([0], ["uk"], rules)

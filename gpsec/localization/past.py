@@ -1,0 +1,170 @@
+"""What a response needs that goes back in time: odometry and camera of each vehicle, and what the filters were.
+
+Odometry and camera are kept for every step, once for a vehicle, whatever the number of its plans and defences. What a
+filter was is kept at a few steps only, so that memory does not grow with the time that is gone back.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple, Self
+
+import numpy as np
+
+from gpsec.arrays import Flags, Floats, Ints
+from gpsec.fleet import Measurements, Rows, Tracks, Vehicles
+from gpsec.kernels import inline, kernel
+from gpsec.localization.state import FilterArrays
+
+# How many times in the past each filter keeps.
+SNAPSHOTS = 5
+
+
+class Recall(NamedTuple):
+    """How far back to go.
+
+    Attributes:
+        reach: steps that are gone back at least, where the track is that old.
+        interval: steps from one kept filter to the next; back from any step, one of `SNAPSHOTS` is `reach` old.
+
+    """
+
+    reach: int
+    interval: int
+
+    @classmethod
+    def over(cls, rollback_s: float, step_s: float) -> "Recall":
+        """Return how to keep at least `rollback_s`."""
+        reach = int(np.ceil(rollback_s / step_s - 1e-6))
+        return cls(reach, max(-(-reach // (SNAPSHOTS - 1)), 1))
+
+    @property
+    def steps(self) -> int:
+        """Number of steps whose odometry is needed."""
+        return SNAPSHOTS * self.interval
+
+
+class JourneyArrays(NamedTuple):
+    """The fields of `Journey`, as kernels take them."""
+
+    recorded: Ints
+    motion: Floats
+    camera: Floats
+    lane: Ints
+
+
+@dataclass
+class Journey(Rows):
+    """The last L steps of N vehicle rows.
+
+    Attributes:
+        recorded: (N,) steps recorded so far; step i is at i % L.
+        motion: (N, L, 3) speed (m/s), yaw rate (rad/s) and heading (rad) as measured.
+        camera: (N, L, 3) the camera's C0, C1 and the standard deviation (m) that it states for C0.
+        lane: (N, L) lane that the camera follows, -1 where it sees none.
+
+    """
+
+    recorded: Ints
+    motion: Floats
+    camera: Floats
+    lane: Ints
+
+    @classmethod
+    def empty(cls, capacity: int, steps: int) -> Self:
+        """Return `capacity` rows with nothing recorded."""
+        return cls(
+            recorded=np.zeros(capacity, np.int32),
+            motion=np.zeros((capacity, steps, 3)),
+            camera=np.zeros((capacity, steps, 3)),
+            lane=np.full((capacity, steps), -1, np.int32),
+        )
+
+    def arrays(self) -> JourneyArrays:
+        """Return the arrays themselves."""
+        return JourneyArrays(*(getattr(self, name) for name in JourneyArrays._fields))
+
+    def record(self, rows: Ints, tracks: Tracks, vehicles: Vehicles, seen: Measurements) -> None:
+        """Record this step of the vehicles of the track rows `rows`, once for each vehicle.
+
+        Every vehicle has one track under plan 0. A row that another vehicle takes over needs no reset: no filter is
+        older than its vehicle.
+        """
+        if self.capacity < vehicles.capacity:
+            self.grow(vehicles.capacity)
+        _record(
+            tracks.vehicle[rows[tracks.plan[rows] == 0]],
+            self.arrays(),
+            vehicles.lane,
+            seen.speed_mps,
+            seen.yaw_rate_rps,
+            seen.heading_rad,
+            seen.lane_poly,
+            seen.camera_valid,
+            seen.camera_sigma_m,
+        )
+
+
+@kernel
+def _record(
+    rows: Ints,
+    journey: JourneyArrays,
+    lane: Ints,
+    speed_mps: Floats,
+    yaw_rate_rps: Floats,
+    heading_rad: Floats,
+    lane_poly: Floats,
+    camera_valid: Flags,
+    camera_sigma_m: Floats,
+) -> None:
+    for row in rows:
+        slot = journey.recorded[row] % journey.lane.shape[1]
+        journey.motion[row, slot, 0] = speed_mps[row]
+        journey.motion[row, slot, 1] = yaw_rate_rps[row]
+        journey.motion[row, slot, 2] = heading_rad[row]
+        journey.camera[row, slot, 0] = lane_poly[row, 0]
+        journey.camera[row, slot, 1] = lane_poly[row, 1]
+        journey.camera[row, slot, 2] = camera_sigma_m[row]
+        journey.lane[row, slot] = lane[row] if camera_valid[row] else -1
+        journey.recorded[row] += 1
+
+
+@inline
+def keep(filters: FilterArrays, row: int, d: int, step: int, interval: int, isolated: bool) -> None:
+    """Keep the filter as it is before step `step`, where that is one of those to be kept."""
+    if step % interval != 0:
+        return
+    k = step // interval % filters.past_isolated.shape[2]
+    at = 0
+    filters.past_isolated[row, d, k] = isolated
+    for i in range(filters.mean.shape[2]):
+        filters.past_mean[row, d, k, i] = filters.mean[row, d, i]
+        for j in range(i + 1):
+            filters.past_covariance[row, d, k, at] = filters.covariance[row, d, i, j]
+            at += 1
+
+
+@inline
+def restore(filters: FilterArrays, row: int, d: int, recall: Recall) -> tuple[int, bool]:
+    """Make the filter what it was `recall.reach` or more steps before the last, or at its start.
+
+    Returns before which step that was, and whether it was isolated.
+    """
+    last = filters.steps[row] - 1
+    interval = recall.interval
+    number = max(last - recall.reach, 0) // interval
+    k = number % filters.past_isolated.shape[2]
+    at = 0
+    for i in range(filters.mean.shape[2]):
+        filters.mean[row, d, i] = filters.past_mean[row, d, k, i]
+        for j in range(i + 1):
+            filters.covariance[row, d, i, j] = filters.past_covariance[row, d, k, at]
+            filters.covariance[row, d, j, i] = filters.past_covariance[row, d, k, at]
+            at += 1
+    filters.segment[row, d] = -1
+    filters.isolated_way_m[row, d] = 0.0
+    return number * interval, filters.past_isolated[row, d, k]
+
+
+@inline
+def entry(journey: JourneyArrays, vehicle: int, ago: int) -> int:
+    """Return where in the ring the step is that was `ago` steps before the last."""
+    return int((journey.recorded[vehicle] - 1 - ago) % journey.lane.shape[1])

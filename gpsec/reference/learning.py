@@ -1,0 +1,189 @@
+"""The filters of `ukf5` from filterpy: an EKF that learns scale and gyro bias, and a UKF of offset and direction."""
+
+from math import cos, exp, sin, sqrt, tan
+
+import numpy as np
+from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints, UnscentedKalmanFilter
+
+from gpsec.arrays import Floats
+from gpsec.localization.noise_table import FilterNoise
+from gpsec.reference.filters import NoLaneError, arc, not_given, wrapped
+from gpsec.reference.matching import Road
+from gpsec.reference.sight import Sight
+
+# Where the learnt motion's states (east, north, yaw, scale, gyro bias) are in the state of each filter.
+_IN_EKF = [0, 1, 2, 5, 6]
+_IN_UKF = [0, 1, 2, 3, 4]
+
+
+class LearningEkf:
+    """State: east, north, yaw, slow GNSS error east and north, scale error of the odometer, bias of the gyro."""
+
+    _H = np.array([[1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0]])
+
+    def __init__(self, noise: FilterNoise, mean: Floats, covariance: Floats) -> None:
+        self.noise = noise
+        self._filter = ExtendedKalmanFilter(dim_x=7, dim_z=2)
+        self._filter.x, self._filter.P = mean, covariance
+        self._filter.R = np.eye(2) * noise.gnss_white_m**2
+        self.nis: float | None = None
+
+    @classmethod
+    def at_first_fix(cls, noise: FilterNoise, fix_m: Floats, heading_rad: float) -> "LearningEkf":
+        """Start at a fix; position and slow error are correlated, of scale and bias the data sheet is known."""
+        slow, white = noise.gnss_bias_m**2, noise.gnss_white_m**2
+        P = np.diag([white + slow, white + slow, noise.heading_rad**2, slow, slow, 0.0, 0.0])
+        P[[0, 1, 3, 4], [3, 4, 0, 1]] = -slow
+        P[5, 5], P[6, 6] = noise.odometer_scale**2, noise.gyro_bias_rps**2
+        return cls(noise, np.array([*fix_m, wrapped(heading_rad), 0.0, 0.0, 0.0, 0.0]), P)
+
+    @property
+    def mean(self) -> Floats:
+        """The (7,) state."""
+        return np.asarray(self._filter.x)
+
+    @property
+    def covariance(self) -> Floats:
+        """Its (7, 7) covariance."""
+        return np.asarray(self._filter.P)
+
+    def predict(self, speed_mps: float, yaw_rate_rps: float, step_s: float) -> None:
+        """Propagate by one step."""
+        self.nis = None
+        noise, ekf = self.noise, self._filter
+        moved, F, Q = learnt_motion(noise, ekf.x[_IN_EKF], speed_mps, yaw_rate_rps, step_s)
+        decay = exp(-step_s / noise.gnss_bias_tau_s)
+        ekf.F = np.eye(7) * decay
+        ekf.F[np.ix_(_IN_EKF, _IN_EKF)] = F
+        ekf.Q = np.eye(7) * noise.gnss_bias_m**2 * (1.0 - decay**2)
+        ekf.Q[np.ix_(_IN_EKF, _IN_EKF)] = Q
+        slow = decay * ekf.x[3:5]
+        ekf.predict()
+        ekf.x = np.array([*moved[:3], *slow, *moved[3:]])
+
+    def update(self, fix_m: Floats) -> None:
+        """Correct with a fix; sets the normalised innovation squared, `nis`."""
+        ekf = self._filter
+        ekf.update(fix_m, HJacobian=lambda x: self._H, Hx=lambda x: self._H @ x)
+        ekf.x[2] = wrapped(ekf.x[2])
+        self.nis = float(ekf.y @ ekf.SI @ ekf.y)
+
+
+class LaneUkf:
+    """State: east, north, yaw, scale error of the odometer, bias of the gyro, slow error of the camera's offset."""
+
+    def __init__(self, noise: FilterNoise, state: Floats, covariance: Floats) -> None:
+        self.noise = noise
+        points = MerweScaledSigmaPoints(n=6, alpha=1.0, beta=2.0, kappa=0.0)
+        self._filter = UnscentedKalmanFilter(dim_x=6, dim_z=2, dt=0.0, hx=not_given, fx=not_given, points=points)
+        self._filter.x, self._filter.P = state, covariance
+
+    @classmethod
+    def isolated(cls, ekf: LearningEkf) -> "LaneUkf":
+        """Go on from where a filter is that has trusted GNSS; of the camera's slow error nothing is known yet."""
+        noise = ekf.noise
+        P = np.zeros((6, 6))
+        P[:5, :5] = ekf.covariance[np.ix_(_IN_EKF, _IN_EKF)]
+        P[5, 5] = noise.camera_bias_m**2 + noise.camera_mount_m**2
+        return cls(noise, np.array([*ekf.mean[_IN_EKF], 0.0]), P)
+
+    def trusting(self, widened: Floats) -> LearningEkf:
+        """Go back to GNSS; the covariance of the position grows by (2, 2) `widened`."""
+        P = np.diag([0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0]) * self.noise.gnss_bias_m**2
+        P[np.ix_(_IN_EKF, _IN_EKF)] = self._filter.P[:5, :5]
+        P[:2, :2] += widened
+        mean = np.zeros(7)
+        mean[_IN_EKF] = self._filter.x[:5]
+        return LearningEkf(self.noise, mean, P)
+
+    @property
+    def state(self) -> Floats:
+        """The (6,) state."""
+        return np.asarray(self._filter.x)
+
+    @property
+    def state_covariance(self) -> Floats:
+        """Its (6, 6) covariance."""
+        return np.asarray(self._filter.P)
+
+    @property
+    def mean(self) -> Floats:
+        """The (2,) position."""
+        return self.state[:2]
+
+    @property
+    def covariance(self) -> Floats:
+        """Its (2, 2) covariance."""
+        return self.state_covariance[:2, :2]
+
+    @property
+    def yaw_rad(self) -> float:
+        """Yaw."""
+        return float(self._filter.x[2])
+
+    def take_yaw(self, yaw_rad: float) -> None:
+        """Take the heading sensor's yaw, which knows nothing of the other states."""
+        self._filter.x[2] = yaw_rad
+        self._filter.P[2, :] = self._filter.P[:, 2] = 0.0
+        self._filter.P[2, 2] = self.noise.heading_rad**2
+
+    def predict(self, speed_mps: float, yaw_rate_rps: float, step_s: float) -> None:
+        """Propagate by one step, as the EKF is: x' = f(x, u), P' = F P Fᵀ + Q."""
+        noise, ukf = self.noise, self._filter
+        moved, F, Q = learnt_motion(noise, ukf.x[_IN_UKF], speed_mps, yaw_rate_rps, step_s)
+        bias, mount = noise.camera_bias_m**2, noise.camera_mount_m**2
+        correlation = (bias * exp(-step_s / noise.camera_bias_tau_s) + mount) / (bias + mount)
+        whole_F, whole_Q = np.eye(6) * correlation, np.eye(6) * (bias + mount) * (1.0 - correlation**2)
+        whole_F[:5, :5], whole_Q[:5, :5] = F, Q
+        ukf.x = np.array([*moved, correlation * ukf.x[5]])
+        ukf.P = whole_F @ ukf.P @ whole_F.T + whole_Q
+
+    def update(self, road: Road, sight: Sight) -> bool:
+        """Correct with offset and slope of the lane that the camera sees; False where a sigma point has no match."""
+        noise = self.noise
+        white = sqrt(max(sight.camera_sigma_m**2 - noise.camera_bias_m**2 - noise.camera_mount_m**2, 0.0))
+        white = max(white, noise.camera_white_m)
+        slope_sigma = noise.camera_slope * (white / noise.camera_white_m) ** 3
+
+        def expected(point: Floats) -> Floats:
+            x, y, yaw, _, _, camera = point.tolist()
+            view = road.view(x, y, yaw, sight.lane)
+            if view is None:
+                raise NoLaneError
+            return np.array([view[0] + camera, tan(view[1])])
+
+        ukf = self._filter
+        # Sigma points of the covariance as it is now: `predict` was not filterpy's.
+        ukf.sigmas_f = ukf.points_fn.sigma_points(ukf.x, ukf.P)
+        try:
+            seen = np.array([sight.lane_offset_m, sight.lane_slope])
+            ukf.update(seen, R=np.diag([white**2, slope_sigma**2]), hx=expected)
+        except NoLaneError:
+            return False
+        ukf.x[2] = wrapped(ukf.x[2])
+        return True
+
+
+def learnt_motion(
+    noise: FilterNoise, state: Floats, speed_mps: float, yaw_rate_rps: float, step_s: float
+) -> tuple[Floats, Floats, Floats]:
+    """Return the (5,) state (east, north, yaw, scale, gyro bias) after a step, its Jacobian and the process noise."""
+    east, north, yaw, scale, gyro = state.tolist()
+    turn = (yaw_rate_rps - gyro) * step_s
+    shift = arc(yaw, speed_mps * step_s / (1.0 + scale), turn)
+    across = np.array([-shift[1], shift[0]])
+    keeps = exp(-step_s / noise.gyro_bias_tau_s)
+    F = np.eye(5)
+    F[:2, 2] = across
+    F[:2, 3] = -shift / (1.0 + scale)
+    # A bias turns the chord by half of what it turns the vehicle.
+    F[:2, 4] = -0.5 * step_s * across
+    F[2, 4] = -step_s
+    F[4, 4] = keeps
+    middle = np.array([cos(yaw + turn / 2.0), sin(yaw + turn / 2.0)])
+    Q = np.zeros((5, 5))
+    Q[:2, :2] = (noise.odometer_white_mps * step_s) ** 2 * np.outer(middle, middle)
+    Q[2, 2] = (noise.gyro_white_rps * step_s) ** 2
+    Q[4, 4] = noise.gyro_bias_rps**2 * (1.0 - keeps**2)
+    moved = np.array([east + shift[0], north + shift[1], wrapped(yaw + turn), scale, keeps * gyro])
+    return moved, F, Q
