@@ -11,7 +11,8 @@ from pathlib import Path
 
 import sumo
 
-from sumo_nets import author, convert, demand, vehicles
+from gpsec.demand import vehicles
+from sumo_nets import author, convert, demand
 from sumo_nets.networks.grid import Cell, Grid, lay
 from sumo_nets.plan import Plan, tmerc
 
@@ -119,7 +120,11 @@ def build(city: City) -> None:
 def _stamp(city: City) -> str:
     """Return what changes with everything that a city depends on."""
     digest = hashlib.sha256(f"{city} {version('eclipse-sumo')}".encode())
-    for path in (Path(__file__), *sorted((ROOT / "sumo_nets").rglob("*.py"))):
+    makers = [ROOT / "gpsec" / folder for folder in ("demand", "opendrive")]
+    for path in (
+        Path(__file__),
+        *(path for folder in (ROOT / "sumo_nets", *makers) for path in sorted(folder.rglob("*.py"))),
+    ):
         digest.update(path.read_bytes())
     return digest.hexdigest()
 

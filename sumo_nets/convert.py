@@ -2,109 +2,27 @@
 
 from __future__ import annotations
 
-import itertools
-import math
 import re
-import subprocess
-import sys
-import sysconfig
-import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
+from gpsec.opendrive.netconvert import OPTIONS
+from gpsec.opendrive.tidy import give_extent, thin_out
+from gpsec.sumotools import run_program
 from sumo_nets.plan import Plan
-
-OPTIONS = (
-    "--precision=4",
-    "--precision.geo=8",
-    "--opendrive.internal-shapes",
-    "--no-turnarounds",
-    "--offset.disable-normalization",
-    "--junctions.limit-turn-speed=3.5",
-    "--tls.default-type=actuated",
-    "--output.street-names",
-)
-
-
-SHORTEST_LANE_M = 0.1
-"""The length that SUMO gives a lane at least."""
-
-LANE_WITHOUT_EXTENT_M = 0.05
-
-CLOSEST_POINTS_M = 0.09
-"""Less than the shortest lane, so that it keeps its two points."""
 
 
 def netconvert(plan: Plan, source: Path, target: Path) -> list[str]:
     """Import `source` into `target`; return netconvert's warnings. Raises RuntimeError with its words if it fails."""
-    command = [
-        _executable(),
+    arguments = [
         f"--opendrive-files={source}",
         f"--output-file={target}",
         f"--opendrive.curve-resolution={plan.curve_resolution_m}",
         *OPTIONS,
         *plan.netconvert,
     ]
-    run = subprocess.run(command, capture_output=True, text=True, check=False)
+    run = run_program("netconvert", arguments, Path.cwd())
     if run.returncode != 0:
         raise RuntimeError(f"netconvert cannot import {source.name}: {run.stderr.strip()}")
     text = re.sub(r"<!--.*?-->\s*", "", target.read_text(encoding="utf-8"), flags=re.DOTALL)
     target.write_text(thin_out(give_extent(text)), encoding="utf-8")
     return run.stderr.strip().splitlines()
-
-
-def give_extent(text: str) -> str:
-    """Draw internal lanes that netconvert leaves without extent, in a net's text.
-
-    Where a road goes on in its next lane section, the lane between the two is a point (or two points less than a
-    millimetre apart, in any direction), with a length of 0.1 m. It gets that length, in the direction of the lanes
-    that it joins, so that every lane of the net has a heading.
-    """
-    root = ElementTree.fromstring(text.encode("utf-8"))
-    shapes = {lane.get("id", ""): _points(lane.get("shape", "")) for lane in root.iter("lane")}
-    for connection in root.iter("connection"):
-        via = connection.get("via")
-        if via is None or _length(shapes[via]) > LANE_WITHOUT_EXTENT_M:
-            continue
-        before = shapes[f"{connection.get('from')}_{connection.get('fromLane')}"]
-        after = shapes[f"{connection.get('to')}_{connection.get('toLane')}"]
-        x, y = after[0]
-        dx, dy = after[1][0] - before[-2][0], after[1][1] - before[-2][1]
-        half = 0.5 * SHORTEST_LANE_M / math.hypot(dx, dy)
-        shape = f"{x - dx * half:.4f},{y - dy * half:.4f} {x + dx * half:.4f},{y + dy * half:.4f}"
-        text = re.sub(rf'(<lane id="{re.escape(via)}" [^>]*shape=")[^"]*"', rf'\g<1>{shape}"', text, count=1)
-    return text
-
-
-def thin_out(text: str) -> str:
-    """Drop points of internal lanes that lie so close together that rounding decides where they point."""
-
-    def thinned(match: re.Match[str]) -> str:
-        corners = match[2].split()
-        points = _points(match[2])
-        kept = [0]
-        for index in range(1, len(points)):
-            if math.dist(points[kept[-1]], points[index]) >= CLOSEST_POINTS_M:
-                kept.append(index)
-        last = len(points) - 1
-        if kept[-1] != last:
-            kept = [*(kept[:-1] if len(kept) > 1 else kept), last]
-        return f'{match[1]}{" ".join(corners[index] for index in kept)}"'
-
-    return re.sub(r'(<lane id=":[^>]*shape=")([^"]*)"', thinned, text)
-
-
-def _points(shape: str) -> list[tuple[float, float]]:
-    """Return the points of a lane's shape (m)."""
-    points = [point.split(",") for point in shape.split()]
-    return [(float(point[0]), float(point[1])) for point in points]
-
-
-def _length(points: list[tuple[float, float]]) -> float:
-    """Length (m) along points."""
-    return sum(math.dist(a, b) for a, b in itertools.pairwise(points))
-
-
-def _executable() -> str:
-    """Return the netconvert that was installed beside this Python, or the one on the path."""
-    beside = Path(sysconfig.get_path("scripts")) / ("netconvert.exe" if sys.platform == "win32" else "netconvert")
-    return str(beside) if beside.exists() else "netconvert"

@@ -12,7 +12,7 @@ from typing import Any
 
 import sumolib
 
-from sumo_nets import vehicles
+from gpsec.demand import vehicles
 
 NETS = Path(__file__).parent
 SCENARIOS = NETS.parent / "scenarios"

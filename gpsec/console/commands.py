@@ -78,6 +78,7 @@ def gpsec(
       gpsec run scenarios/town
       gpsec run scenarios/town scenarios/highway --out results/both
       gpsec check scenarios/town
+      gpsec import town.xodr
       gpsec list attacks
     """  # noqa: D301
 
@@ -157,6 +158,60 @@ def check(scenarios: _Scenarios, profile: _Profile = None, set_: _Set = None) ->
         except GpsecError as error:
             status = complain(str(error))
     return status
+
+
+@app.command("import")
+def import_(
+    map_file: Annotated[Path, typer.Argument(metavar="MAP", help="An OpenDRIVE map (.xodr).")],
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="NET", help="The net to write. [default: MAP.net.xml, here]")
+    ] = None,
+    origin: Annotated[
+        str | None, typer.Option(metavar="LAT,LON", help="Where the map's origin lies. [default: what the map says]")
+    ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace what is there.")] = False,
+) -> None:
+    """Make a SUMO net of an OpenDRIVE map, and check its lanes against the map's.
+
+    Writes the net, a CSV with the errors of each lane (NET.check.csv) and a picture of them (NET.check.png).
+
+    \b
+    Examples:
+      gpsec import town.xodr
+      gpsec import town.xodr --out nets/town.net.xml --origin 52.26,10.53
+    """  # noqa: D301
+    from gpsec.console.importing import import_ as import_map
+
+    import_map(map_file, out, origin, overwrite)
+
+
+@app.command()
+def demand(
+    net_file: Annotated[Path, typer.Argument(metavar="NET", help="A net of SUMO (.net.xml).")],
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="DIR", help="The folder to write to. [default: NET's name, here]")
+    ] = None,
+    period: Annotated[
+        float | None,
+        typer.Option(min=0.01, max=3600.0, metavar="S", help="Time between departures. [default: by the net's size]"),
+    ] = None,
+    duration: Annotated[
+        float, typer.Option(min=1.0, max=1e6, metavar="S", help="For how long vehicles depart.")
+    ] = 360.0,
+    seed: Annotated[int, typer.Option(min=0, max=2**31 - 1, metavar="N", help="Of all that is random.")] = 1,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace what is there.")] = False,
+) -> None:
+    """Make random traffic for a net, as a folder that `gpsec run` takes.
+
+    \b
+    Examples:
+      gpsec demand town.net.xml
+      gpsec demand town.net.xml --out busy --period 0.5 --duration 600 --seed 7
+      gpsec run town/town.sumocfg
+    """  # noqa: D301
+    from gpsec.console.demand import demand as make
+
+    make(net_file, out, period, duration, seed, overwrite)
 
 
 @app.command("list")

@@ -1,0 +1,101 @@
+"""`gpsec import`: a net from an OpenDRIVE map, and a verdict on it."""
+
+from math import sqrt
+from pathlib import Path
+
+from rich.console import Console
+
+from gpsec.console.status import status
+from gpsec.detection.models import thresholds_for
+from gpsec.errors import GpsecError
+from gpsec.opendrive.check import Check, Figures
+from gpsec.opendrive.importing import NET_SUFFIX, Imported, import_map
+from gpsec.opendrive.lanes import NARROWEST_M
+from gpsec.sensors.profiles import residual_sigma_m
+from gpsec.sensors.registry import PROFILES
+
+RATE = "1e-3/sample"
+# Above this share of points a map alone keeps a detector busy: the false-alarm rate it was calibrated to.
+_BUSY_SHARE = 1e-3
+
+
+def import_(map_file: Path, out: Path | None, origin: str | None, overwrite: bool) -> None:
+    """Import a map and print what came of it.
+
+    Raises:
+        GpsecError: the map, the origin or the output cannot be used.
+    """
+    if not map_file.is_file():
+        raise GpsecError(f"{map_file}: expected an OpenDRIVE map, found no such file")
+    target = out or Path(f"{map_file.name.removesuffix('.xodr')}{NET_SUFFIX}")
+    place = None if origin is None else parse_origin(origin)
+    console = Console(stderr=True)
+    with status(console, f"{map_file.name}: ") as tell:
+        done = import_map(map_file, target, origin_deg=place, alarm_m=alarm_levels_m(), overwrite=overwrite, tell=tell)
+    for line in verdict(done):
+        print(line)
+
+
+def parse_origin(text: str) -> tuple[float, float]:
+    """Return latitude and longitude in degrees of "LAT,LON".
+
+    Raises:
+        GpsecError: it is no such place.
+    """
+    try:
+        lat, lon = (float(part) for part in text.split(","))
+    except ValueError:
+        lat = lon = float("nan")
+    if not (abs(lat) <= 90.0 and abs(lon) <= 180.0):
+        raise GpsecError(f"--origin {text}: expected latitude and longitude in degrees, such as 52.26,10.53")
+    return lat, lon
+
+
+def alarm_levels_m() -> dict[str, float]:
+    """Return for each sensor profile the steady residual (m) at which its chi-square detector raises an alarm.
+
+    The statistic is the mean of (z/σ)², so a residual that does not change raises one from σ·√threshold on.
+    """
+    names = list(PROFILES)
+    thresholds = thresholds_for(["chi_square"], names, "tracked", RATE)[:, 0]
+    return {
+        name: residual_sigma_m(PROFILES[name]) * sqrt(threshold)
+        for name, threshold in zip(names, thresholds, strict=True)
+    }
+
+
+def verdict(done: Imported) -> list[str]:
+    """Return what to say of an import."""
+    check = done.check
+    lines = [
+        f"{done.net}: {done.lanes} lanes",
+        f"  net against map, across the lane: {_figures(check.overall)}",
+        f"  as netconvert made it:            {_figures(done.raw)}",
+        *_alarms(check),
+    ]
+    if check.narrow_share > 0.0:
+        lines.append(f"  left out of the check: {check.narrow_share:.1%} that is narrower than {NARROWEST_M:g} m")
+    lines += [f"  mended: {sentence}" for sentence in done.mended]
+    lines += [f"  note: {sentence}" for sentence in done.notes]
+    return [*lines, f"  by lane: {done.csv}; drawn: {done.picture}"]
+
+
+def _figures(figures: Figures) -> str:
+    if figures.median_m is None:
+        return "no lane of the net lies where the map has one"
+    return (
+        f"median {_length(figures.median_m)}, 95 % under {_length(figures.p95_m)}, "
+        f"largest {_length(figures.largest_m)}, {figures.unmatched_share:.1%} unmatched"
+    )
+
+
+def _length(metres: float | None) -> str:
+    value = metres or 0.0
+    return f"{value:.2f} m" if value >= 0.1 else f"{1000.0 * value:.1f} mm"
+
+
+def _alarms(check: Check) -> list[str]:
+    levels = ", ".join(f"{level:.2f} m ({name})" for name, level in check.alarm_m.items())
+    busy = [f"{share:.1%} ({name})" for name, share in check.over_share.items() if share > _BUSY_SHARE]
+    said = f"there on {', '.join(busy)} of the way" if busy else "practically nowhere on the way"
+    return [f"  a chi-square detector alarms at a steady {levels}: map errors as large are {said}"]

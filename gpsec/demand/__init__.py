@@ -1,0 +1,1 @@
+"""Random traffic for a net that has none, made with SUMO's own tools."""

@@ -1,0 +1,100 @@
+"""The check of a net against the map it was made from: figures for each lane, and for all of it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from gpsec.arrays import Flags, Floats
+from gpsec.opendrive.compare import match
+from gpsec.opendrive.lanes import NARROWEST_M, CentreLine
+from gpsec.opendrive.netfile import NetLane
+
+# Not that of the new shapes, whose points would be compared with themselves.
+CHECK_SPACING_M = 0.9
+
+
+@dataclass(frozen=True)
+class Figures:
+    """How far net and map lie apart across the lane, over a number of points about `CHECK_SPACING_M` apart.
+
+    Attributes:
+        points: that are wide enough to drive.
+        unmatched_share: of these, without a lane of the net beside them.
+        median_m, p95_m, largest_m: of the distance across the lane, None without a matched point.
+        mean_m: signed, positive where the net lies to the left.
+    """
+
+    points: int
+    unmatched_share: float
+    median_m: float | None
+    p95_m: float | None
+    largest_m: float | None
+    mean_m: float | None
+
+
+@dataclass(frozen=True)
+class Check:
+    """The result of a check.
+
+    Attributes:
+        lines: the map's lanes.
+        by_lane: figures of each.
+        overall: figures of all points.
+        narrow_share: of the map's lane length, narrower than `NARROWEST_M` and left out.
+        across_m: of each lane, (n,) distances at its points, nan where nothing was compared.
+        over_share: by sensor profile, the share of points at which the distance alone would raise an alarm.
+        alarm_m: by sensor profile, the steady residual that raises an alarm.
+    """
+
+    lines: list[CentreLine]
+    by_lane: list[Figures]
+    overall: Figures
+    narrow_share: float
+    across_m: list[Floats]
+    over_share: dict[str, float]
+    alarm_m: dict[str, float]
+
+
+def check_lanes(lines: list[CentreLine], lanes: list[NetLane], alarm_m: Mapping[str, float]) -> Check:
+    """Compare the lanes of a net with the map's.
+
+    Args:
+        lines: the map's lane centres.
+        lanes: of the net.
+        alarm_m: by sensor profile, the steady residual that raises an alarm.
+    """
+    found = match(lines, lanes)
+    wide = np.concatenate([line.width_m for line in lines]) >= NARROWEST_M
+    ends = np.cumsum([len(line.points_m) for line in lines])[:-1]
+    matched = found.matched & wide
+    across = np.where(matched, found.across_m, np.nan)
+    distance = np.abs(found.across_m[matched])
+    return Check(
+        lines,
+        [
+            _figures(*piece)
+            for piece in zip(*(np.split(values, ends) for values in (found.across_m, matched, wide)), strict=True)
+        ],
+        _figures(found.across_m, matched, wide),
+        float(1.0 - wide.mean()),
+        np.split(across, ends),
+        {name: float((distance > level).mean()) if len(distance) else 0.0 for name, level in alarm_m.items()},
+        dict(alarm_m),
+    )
+
+
+def _figures(across: Floats, matched: Flags, wide: Flags) -> Figures:
+    count = int(wide.sum())
+    unmatched = 1.0 - matched.sum() / count if count else 0.0
+    if not matched.any():
+        return Figures(count, float(unmatched), None, None, None, None)
+    distance = np.abs(across[matched])
+    return Figures(
+        count,
+        float(unmatched),
+        float(np.median(distance)),
+        float(np.percentile(distance, 95.0)),
+        float(distance.max()),
+        float(across[matched].mean()),
+    )

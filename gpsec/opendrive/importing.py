@@ -1,0 +1,179 @@
+"""Imports an OpenDRIVE map: net, mends, check, report."""
+
+import tempfile
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
+
+from gpsec.errors import GpsecError
+from gpsec.opendrive.check import CHECK_SPACING_M, Check, Figures, check_lanes
+from gpsec.opendrive.georeference import set_georeference
+from gpsec.opendrive.lanes import IMPORTED, centre_lines
+from gpsec.opendrive.mend import describe_net, mend_net
+from gpsec.opendrive.netconvert import Converted, convert
+from gpsec.opendrive.netfile import net_lanes
+from gpsec.opendrive.read import parse, roads
+from gpsec.opendrive.report import draw, write_csv
+from gpsec.opendrive.reshape import SPACING_M, reshape
+from gpsec.opendrive.road import Road
+from gpsec.opendrive.source import NO_LIMIT_MPS, keeps_left, spell_out_speeds, swap_sides
+from gpsec.opendrive.tidy import give_extent, thin_out
+
+NET_SUFFIX = ".net.xml"
+
+
+@dataclass(frozen=True)
+class Imported:
+    """What an import has made.
+
+    Attributes:
+        net, csv, picture: files.
+        lanes: of the net, that cars may use.
+        raw: figures of what netconvert made.
+        check: of the net as it is now.
+        mended: what was changed against netconvert's result or for it, one sentence each.
+        notes: what is as it is, and the user should know.
+    """
+
+    net: Path
+    csv: Path
+    picture: Path
+    lanes: int
+    raw: Figures
+    check: Check
+    mended: tuple[str, ...]
+    notes: tuple[str, ...]
+
+
+def outputs(out: Path, overwrite: bool) -> tuple[Path, Path, Path]:
+    """Return the net, the CSV and the picture that an import into `out` writes.
+
+    Raises:
+        GpsecError: they cannot be written there, or exist and may not be replaced.
+    """
+    if not out.name.endswith(NET_SUFFIX) or out.name == NET_SUFFIX:
+        raise GpsecError(f"{out}: expected a name that ends in {NET_SUFFIX} for the net")
+    stem = out.name.removesuffix(NET_SUFFIX)
+    files = out, out.with_name(f"{stem}.check.csv"), out.with_name(f"{stem}.check.png")
+    if not out.parent.is_dir():
+        raise GpsecError(f"{out}: cannot be written, there is no folder {out.parent}")
+    for path in files:
+        if path.is_dir():
+            raise GpsecError(f"{path}: cannot be written, it is a folder")
+        if path.exists() and not overwrite:
+            raise GpsecError(f"{path}: exists; give --overwrite to replace it, or choose another --out")
+    return files
+
+
+def import_map(
+    map_file: Path,
+    out: Path,
+    *,
+    origin_deg: tuple[float, float] | None,
+    alarm_m: Mapping[str, float],
+    overwrite: bool,
+    tell: Callable[[str], None],
+) -> Imported:
+    """Make a net of an OpenDRIVE map and check it against the map.
+
+    Args:
+        map_file: the map; it is not changed.
+        out: the net to write, ``….net.xml``.
+        origin_deg: latitude and longitude of the map's origin, None takes the map's own reference.
+        alarm_m: by sensor profile, the steady residual that raises an alarm.
+        overwrite: replace what is there.
+        tell: is told what is being done.
+
+    Raises:
+        GpsecError: the map or a file cannot be used. Nothing is left behind then.
+    """
+    files = outputs(out, overwrite)
+    tell("reading the map")
+    root = parse(map_file)
+    map_roads = roads(root, map_file)
+    lines = list(centre_lines(map_roads, CHECK_SPACING_M))
+    if not lines:
+        raise GpsecError(f"{map_file}: expected at least one lane that traffic drives on, found none")
+    mended = _prepare(root, map_roads, origin_deg)
+    left_hand = keeps_left(map_roads)
+    if left_hand:
+        swap_sides(root)
+        mended.append("traffic keeps left: netconvert was told so, with lanes of the left and the right changed over")
+    try:
+        with tempfile.TemporaryDirectory(prefix=".gpsec-import-", dir=out.parent) as name:
+            work = Path(name)
+            tell("netconvert")
+            said, net = _net(root, work, map_file, left_hand)
+            raw = check_lanes(lines, net_lanes(net), alarm_m).overall
+            tell("giving lanes their shapes")
+            reshaped = reshape(net, list(centre_lines(map_roads, SPACING_M, IMPORTED)))
+            mended += mend_net(net)
+            mended.append(f"{reshaped.lanes} lanes have the map's own centre line instead of netconvert's")
+            tell("checking")
+            lanes = net_lanes(net)
+            check = check_lanes(lines, lanes, alarm_m)
+            notes = [*_notes(said, map_roads, left_hand, reshaped.left_alone), *describe_net(net)]
+            tell("writing")
+            made = [work / f"made{suffix}" for suffix in (NET_SUFFIX, ".csv", ".png")]
+            ElementTree.indent(net, "    ")
+            ElementTree.ElementTree(net).write(made[0], encoding="utf-8", xml_declaration=True)
+            write_csv(check, made[1])
+            draw(check, made[2], f"{map_file.stem}: {len(lanes)} lanes")
+            for path, target in zip(reversed(made), reversed(files), strict=True):
+                path.replace(target)
+    except OSError as error:
+        raise GpsecError(f"{out}: cannot be written: {error.strerror or error}") from None
+    return Imported(*files, len(lanes), raw, check, tuple(mended), tuple(notes))
+
+
+def _prepare(root: Element, map_roads: list[Road], origin_deg: tuple[float, float] | None) -> list[str]:
+    """Mend the map before netconvert sees it; return what was done."""
+    speeds = spell_out_speeds(root, map_roads)
+    said = [
+        (speeds.from_road, "lanes got the speed limit of their road, which netconvert does not read"),
+        (speeds.not_positive, "lanes had a speed limit of 0 or less, which was left out"),
+        (speeds.unlimited, f"lanes have no speed limit, and got {NO_LIMIT_MPS * 3.6:.0f} km/h"),
+    ]
+    mended = [f"{count} {what}" for count, what in said if count]
+    reference = set_georeference(root, origin_deg)
+    return [*mended, *([reference] if reference else [])]
+
+
+def _net(root: Element, work: Path, map_file: Path, left_hand: bool) -> tuple[Converted, Element]:
+    """Run netconvert; return what it said, and the net.
+
+    Raises:
+        GpsecError: it refuses the map, or makes a net without a lane for cars.
+    """
+    source, target = work / "map.xodr", work / f"raw{NET_SUFFIX}"
+    ElementTree.ElementTree(root).write(source, encoding="utf-8", xml_declaration=True)
+    said = convert(source, target, map_file, left_hand)
+    net = ElementTree.fromstring(thin_out(give_extent(target.read_text(encoding="utf-8"))).encode())
+    if left_hand:
+        _turn_names_round(net)
+    if not any(not lane.internal for lane in net_lanes(net)):
+        raise GpsecError(f"{map_file}: netconvert makes a net of it that has no lane for cars")
+    return said, net
+
+
+def _turn_names_round(net: Element) -> None:
+    """Give lanes the numbers of the map again, after `swap_sides`."""
+    for item in net.iterfind("edge/lane/param"):
+        if item.get("key") == "origId":
+            road, _, lane = item.get("value", "").rpartition("_")
+            item.set("value", f"{road}_{-int(lane)}")
+
+
+def _notes(said: Converted, map_roads: list[Road], left_hand: bool, left_alone: int) -> list[str]:
+    notes = []
+    if said.ignored:
+        notes.append(f"netconvert had to ignore {len(said.ignored)} error(s): {'; '.join(said.ignored[:2])}")
+    if said.warnings:
+        notes.append(f"netconvert gave {len(said.warnings)} warnings, such as: {said.warnings[0]}")
+    if others := sum(road.left_hand != left_hand for road in map_roads):
+        notes.append(f"{others} roads keep to the other side than most; a net has one side only")
+    if left_alone:
+        notes.append(f"{left_alone} lanes outside junctions keep netconvert's shape: SUMO's junctions cover them")
+    return notes

@@ -1,0 +1,90 @@
+"""Paths through junctions: which lanes of a net make one, and which way of the map they follow."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from gpsec.arrays import Floats
+from gpsec.opendrive.netfile import NetLane
+from gpsec.opendrive.polylines import at_stations, spread, stations
+from gpsec.opendrive.ways import Ways
+
+_MOVED_M = 5.0
+_CLOSEST_M = 0.2
+
+
+@dataclass(frozen=True)
+class Chain:
+    """Lanes of a net that lead from one road to another, by index.
+
+    Attributes:
+        lanes: inside the junction, in driving order; most often there is one.
+        before, behind: outside, None where nothing leads to or on from them.
+    """
+
+    lanes: tuple[int, ...]
+    before: int | None
+    behind: int | None
+
+
+def chains(root: Element, lanes: list[NetLane]) -> Iterator[Chain]:
+    """Yield the paths through the junctions of a net."""
+    number = {lane.lane_id: index for index, lane in enumerate(lanes) if len(lane.points_m) > 1}
+    after: dict[int, int] = {}
+    firsts: dict[int, int] = {}
+    for link in root.iterfind("connection"):
+        source = number.get(f"{link.get('from')}_{link.get('fromLane')}")
+        target = number.get(link.get("via") or f"{link.get('to')}_{link.get('toLane')}")
+        if source is None or target is None:
+            continue
+        if lanes[source].internal:
+            after[source] = target
+        elif lanes[target].internal:
+            firsts[target] = source
+    for first, before in firsts.items():
+        chain, lane = [first], after.get(first)
+        while lane is not None and lanes[lane].internal and lane not in chain:
+            chain.append(lane)
+            lane = after.get(lane)
+        yield Chain(tuple(chain), before, lane if lane is not None and not lanes[lane].internal else None)
+
+
+def along_way(
+    chain: Chain, lanes: list[NetLane], start: Floats | None, end: Floats | None, ways: Ways
+) -> dict[int, Floats]:
+    """Return the shapes of a chain's lanes along the map's way between the roads, none where there is no such way.
+
+    Where the chain has several lanes, they meet where they met, in proportion to their lengths.
+    """
+    name = next((lanes[lane].original for lane in chain.lanes if lanes[lane].original), "")
+    if start is None or end is None or not name:
+        return {}
+    way = ways.between(name, start, end)
+    return {} if way is None else _cut(way, chain, lanes)
+
+
+def blended(chain: Chain, lanes: list[NetLane], start: Floats | None, end: Floats | None) -> dict[int, Floats]:
+    """Return the shapes of a chain's lanes with their ends moved to those of the roads, the rest in proportion."""
+    points = np.concatenate([lanes[lane].points_m for lane in chain.lanes])
+    shift = [
+        to - point if to is not None and np.hypot(*(to - point)) <= _MOVED_M else np.zeros(2)
+        for to, point in ((start, points[0]), (end, points[-1]))
+    ]
+    way = stations(points)
+    share = (way / max(way[-1], _CLOSEST_M))[:, None]
+    return _cut(points + (1.0 - share) * shift[0] + share * shift[1], chain, lanes)
+
+
+def _cut(way: Floats, chain: Chain, lanes: list[NetLane]) -> dict[int, Floats]:
+    """Divide a line among a chain's lanes in proportion to their lengths."""
+    length = np.array([stations(lanes[lane].points_m)[-1] for lane in chain.lanes])
+    place = stations(way)
+    marks = np.concatenate([[0.0], np.cumsum(length)]) / length.sum() * place[-1]
+    shapes = {}
+    for lane, low, high in zip(chain.lanes, marks[:-1], marks[1:], strict=True):
+        inside = way[(place > low + _CLOSEST_M) & (place < high - _CLOSEST_M)]
+        first, last = at_stations(way, np.array([low, high]))
+        shapes[lane] = spread([first, *inside, last], 0.5 * _CLOSEST_M)
+    return shapes

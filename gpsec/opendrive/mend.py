@@ -1,0 +1,59 @@
+"""What is mended in a finished net, and what is only said of it."""
+
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from gpsec.opendrive.netfile import NetLane, net_lanes
+from gpsec.opendrive.polylines import stations
+
+DEFAULT_SPEED_MPS = 50.0 / 3.6
+# A van or a truck is up to 2.55 m wide, a small car 1.65 m.
+NARROW_M = 2.0
+
+
+def mend_net(root: Element) -> list[str]:
+    """Give every lane a speed that is positive; return what was done."""
+    slow = [lane for lane in root.iterfind("edge/lane") if not float(lane.get("speed", "0")) > 0.0]
+    for lane in slow:
+        lane.set("speed", f"{DEFAULT_SPEED_MPS:.4f}")
+    return [f"{len(slow)} lanes without a positive speed got 50 km/h"] if slow else []
+
+
+def describe_net(root: Element) -> list[str]:
+    """Return what one should know of a net, one sentence each."""
+    lanes = net_lanes(root)
+    said = []
+    narrow = [lane for lane in lanes if lane.width_m < NARROW_M]
+    if narrow:
+        named = min(narrow, key=lambda lane: lane.width_m)
+        said.append(
+            f"{len(narrow)} lanes are narrower than {NARROW_M:g} m, '{named.lane_id}' is {named.width_m:.2f} m wide"
+        )
+    shares = _parts(root, lanes)
+    if len(shares) > 1:
+        said.append(
+            f"the net has {len(shares)} parts that no road joins; the largest has {shares[0]:.0%} of the lane length"
+        )
+    return said
+
+
+def _parts(root: Element, lanes: list[NetLane]) -> list[float]:
+    """Return the share of the lane length outside junctions that each connected part has, the largest first."""
+    joined: dict[str, str] = {}
+
+    def leader(node: str) -> str:
+        while joined.setdefault(node, node) != node:
+            joined[node] = node = joined[joined[node]]
+        return node
+
+    edges = {edge.get("id", ""): edge for edge in root.iterfind("edge")}
+    for edge in root.iterfind("edge[@from]"):
+        joined[leader(edge.get("from", ""))] = leader(edge.get("to", ""))
+    length: dict[str, float] = {}
+    for lane in lanes:
+        if not lane.internal:
+            part = leader(edges[lane.lane_id.rpartition("_")[0]].get("from", ""))
+            length[part] = length.get(part, 0.0) + float(stations(lane.points_m)[-1])
+    shares = np.sort(list(length.values()))[::-1]
+    return [float(share) for share in shares / max(shares.sum(), 1e-9)]

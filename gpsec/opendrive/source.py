@@ -1,0 +1,111 @@
+"""Prepares an OpenDRIVE map for netconvert: what netconvert would drop or break is put in a form that it keeps.
+
+This happens on a copy; the user's map is not touched. Every change is said.
+"""
+
+from dataclasses import dataclass
+from math import isfinite
+from xml.etree.ElementTree import Element, SubElement
+
+from gpsec.opendrive.road import Lane, LaneSection, Road
+
+# "no limit" is a German motorway, where 130 km/h is advised.
+NO_LIMIT_MPS = 130.0 / 3.6
+
+
+@dataclass(frozen=True)
+class Speeds:
+    """What became of the speed limits.
+
+    Attributes:
+        from_road: lanes that got the limit of their road's type, which netconvert does not read.
+        not_positive: lanes that had a limit of 0 or less.
+        unlimited: lanes without a limit, which got `NO_LIMIT_MPS`.
+    """
+
+    from_road: int
+    not_positive: int
+    unlimited: int
+
+
+def spell_out_speeds(root: Element, roads: list[Road]) -> Speeds:
+    """Give every lane the speed limit that holds for it; return what was changed."""
+    sections = {
+        (road.road_id, section.begin_m): (road, section, {lane.lane_id: lane for lane in section.lanes})
+        for road in roads
+        for section in road.sections
+    }
+    counts = [0, 0, 0]
+    for element in root.iterfind("road"):
+        for item in element.iterfind("lanes/laneSection"):
+            known = sections.get((element.get("id", ""), float(item.get("s", "nan"))))
+            if known is None:
+                continue
+            road, section, lanes = known
+            for lane in item.iter("lane"):
+                if (number := int(float(lane.get("id", "0")))) != 0:
+                    changed = _spell_out(lane, lanes[number], road, section)
+                    counts = [count + change for count, change in zip(counts, changed, strict=True)]
+    return Speeds(*counts)
+
+
+def _spell_out(element: Element, lane: Lane, road: Road, section: LaneSection) -> tuple[bool, bool, bool]:
+    """Write the limits of one lane; return what of `Speeds` it counts for."""
+    good = [(distance, speed) for distance, speed in lane.speeds if speed is None or speed > 0.0]
+    not_positive = len(good) < len(lane.speeds)
+    limits, from_road = good, False
+    if not good:
+        limits = _of_road(road, section)
+        from_road = bool(limits)
+    unlimited = any(speed is None for _, speed in limits)
+    if not (not_positive or from_road or unlimited):
+        return False, False, False
+    for speed in element.findall("speed"):
+        element.remove(speed)
+    for number, (distance, limit) in enumerate(limits):
+        text = f"{NO_LIMIT_MPS if limit is None else limit:.4f}"
+        # netconvert needs a limit from the very beginning.
+        SubElement(element, "speed", sOffset=f"{distance if number else 0.0:.4f}", max=text, unit="m/s")
+    return from_road, not_positive, unlimited
+
+
+def _of_road(road: Road, section: LaneSection) -> list[tuple[float, float | None]]:
+    """Return (distance from the beginning of the section, limit) of the road's types that it runs through."""
+    usable = [(station, speed) for station, speed in sorted(road.speeds, key=_station) if speed is None or speed > 0.0]
+    inside = [(station - section.begin_m, speed) for station, speed in usable if station < section.end_m]
+    before = [limit for limit in inside if limit[0] <= 0.0]
+    return [(0.0, limit) for _, limit in before[-1:]] + [limit for limit in inside if limit[0] > 0.0]
+
+
+def _station(record: tuple[float, float | None]) -> float:
+    return record[0]
+
+
+def keeps_left(roads: list[Road]) -> bool:
+    """Return whether traffic keeps left on the greater part of the map."""
+    return sum(road.length_m if road.left_hand else -road.length_m for road in roads) > 0.0
+
+
+def swap_sides(root: Element) -> None:
+    """Change left and right lanes over.
+
+    netconvert takes right lanes for those that lead along the road, and puts them on the left when it is told that
+    traffic keeps left. With their sides changed over, they are the lanes that are there. Shapes are then mended from
+    the map itself.
+    """
+    for section in root.iterfind("road/lanes/laneSection"):
+        for side in section:
+            side.tag = {"left": "right", "right": "left"}.get(side.tag, side.tag)
+        for lane in section.iter("lane"):
+            _negate(lane, "id")
+            for link in (*lane.iterfind("link/predecessor"), *lane.iterfind("link/successor")):
+                _negate(link, "id")
+    for link in root.iterfind("junction/connection/laneLink"):
+        _negate(link, "from")
+        _negate(link, "to")
+
+
+def _negate(element: Element, key: str) -> None:
+    written = float(element.get(key, "0"))
+    if isfinite(written):
+        element.set(key, str(-int(written)))

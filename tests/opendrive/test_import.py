@@ -1,0 +1,142 @@
+"""A map goes in, a net comes out whose lanes lie where the map's do."""
+
+import csv
+from collections.abc import Callable
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from gpsec import cli
+from gpsec.hdmap.net import read_net
+from gpsec.opendrive.importing import Imported, import_map
+from gpsec.opendrive.report import COLUMNS
+
+from .maps import TWO_WAY, document, lane, road, section, write
+
+ROOT = Path(__file__).parents[2]
+Import = Callable[..., Imported]
+
+
+@pytest.fixture
+def imported(tmp_path: Path) -> Import:
+    def run(*roads: str, **options: str | None) -> Imported:
+        source = write(tmp_path, document(*roads, **options))  # type: ignore[arg-type]
+        return import_map(
+            source,
+            tmp_path / "map.net.xml",
+            origin_deg=None,
+            alarm_m={"sharp": 0.001, "dull": 5.0},
+            overwrite=False,
+            tell=lambda stage: None,
+        )
+
+    return run
+
+
+def shapes(done: Imported) -> dict[str, np.ndarray]:
+    return {lane.lane_id: lane.shape_m for lane in read_net(done.net).lanes if not lane.internal}
+
+
+def test_shipped_map_end_to_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["import", str(ROOT / "sumo_nets" / "town" / "town.xodr")]) == 0
+    said = capsys.readouterr().out
+    assert said.startswith("town.net.xml: ")
+    assert "unmatched" in said
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["town.check.csv", "town.check.png", "town.net.xml"]
+    with (tmp_path / "town.check.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert tuple(rows[0]) == COLUMNS
+    assert max(float(row["p95_m"]) for row in rows if row["p95_m"]) < 0.05
+    assert sum(float(row["unmatched_share"]) * int(row["points"]) for row in rows) < 10.0
+    assert (tmp_path / "town.check.png").read_bytes().startswith(b"\x89PNG")
+    assert "/" not in ElementTree.parse(tmp_path / "town.net.xml").getroot().get("map", "")
+    # The roads are those that sumo_nets makes of the same map, with a lane for each of theirs.
+    ours = {lane.lane_id for lane in read_net(tmp_path / "town.net.xml").lanes if not lane.internal}
+    theirs = {lane.lane_id for lane in read_net(ROOT / "sumo_nets/town/town.net.xml").lanes if not lane.internal}
+    assert ours == theirs
+
+
+def test_lane_beside_one_that_opens_keeps_its_place(imported: Import) -> None:
+    opening = '<width sOffset="0" a="2" b="0" c="0" d="0"/><width sOffset="20" a="2" b="0.03" c="0" d="0"/>'
+    done = imported(road(section("", lane(-1, opening) + lane(-2, 3.0))))
+    shape = shapes(done)["-1_0"]
+    expected = -np.interp(shape[:, 0], [0.0, 20.0, 100.0], [3.5, 3.5, 5.9])
+    assert shape[:, 1] == pytest.approx(expected, abs=2e-3)
+    assert done.raw.p95_m is not None
+    assert done.raw.p95_m > 0.5  # netconvert stacks lanes of constant width
+    assert done.check.overall.largest_m is not None
+    assert done.check.overall.largest_m < 0.01
+    assert done.check.over_share["dull"] == 0.0
+
+
+def test_left_hand_traffic(imported: Import) -> None:
+    done = imported(road(section(lane(1, 3.0), lane(-1, 4.0)), rule="LHT"))
+    assert {name: shape[0] @ [0, 1] for name, shape in shapes(done).items()} == {
+        "-1_0": pytest.approx(1.5, abs=1e-3),
+        "1_0": pytest.approx(-2.0, abs=1e-3),
+    }
+    assert shapes(done)["-1_0"][0, 0] < shapes(done)["-1_0"][-1, 0]
+    assert any("keeps left" in sentence for sentence in done.mended)
+    assert done.check.overall.unmatched_share == 0.0
+
+
+def test_speeds_that_netconvert_loses(imported: Import) -> None:
+    kind = '<type s="0" type="town"><speed max="25" unit="mph"/></type>'
+    bad = '<speed sOffset="0" max="-1" unit="km/h"/>'
+    done = imported(
+        road(section(lane(1, inside=bad), lane(-1)), kind=kind),
+        road(
+            section("", lane(-1, inside=bad)),
+            length=100.0,
+            number="2",
+            geometry='<geometry s="0" x="0" y="50" hdg="0" length="100"><line/></geometry>',
+        ),
+    )
+    lanes = ElementTree.parse(done.net).getroot().iterfind("edge/lane")
+    speeds = {
+        item.get("id"): float(item.get("speed", "0")) for item in lanes if not item.get("id", ":").startswith(":")
+    }
+    assert speeds["-1_0"] == speeds["1_0"] == pytest.approx(11.176)
+    assert speeds["-2_0"] > 0.0
+    assert any("2 lanes had a speed limit of 0 or less" in sentence for sentence in done.mended)
+    assert any("2 parts that no road joins" in sentence for sentence in done.notes)
+
+
+def test_map_without_a_reference_gets_one(imported: Import) -> None:
+    done = imported(road(TWO_WAY), reference=None)
+    assert read_net(done.net).projector.to_lon_lat(np.zeros(2)) == pytest.approx([10.5268, 52.2647])
+
+
+def test_narrow_lanes_are_said_and_left_out(imported: Import) -> None:
+    done = imported(road(section("", lane(-1, 3.0) + lane(-2, 1.9))))
+    assert any("1 lanes are narrower than 2 m, '-1_0'" in sentence for sentence in done.notes)
+    assert done.check.narrow_share == 0.0
+
+
+def test_what_is_narrower_than_any_vehicle_is_not_compared(imported: Import) -> None:
+    closing = '<width sOffset="0" a="3" b="-0.02" c="0" d="0"/>'  # 1.8 m after 60 of 100 m
+    done = imported(road(section("", lane(-1, closing))))
+    assert done.check.narrow_share == pytest.approx(0.4, abs=0.01)
+    assert done.check.overall.unmatched_share == pytest.approx(0.0, abs=0.01)
+
+
+def test_same_map_gives_the_same_bytes(tmp_path: Path) -> None:
+    source = write(tmp_path, document(road(TWO_WAY)))
+    contents = []
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        done = import_map(
+            source,
+            tmp_path / name / "map.net.xml",
+            origin_deg=None,
+            alarm_m={},
+            overwrite=False,
+            tell=lambda stage: None,
+        )
+        contents.append([path.read_bytes() for path in (done.net, done.csv, done.picture)])
+    assert contents[0] == contents[1]
