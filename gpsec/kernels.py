@@ -15,6 +15,10 @@ from gpsec.errors import GpsecError
 P = ParamSpec("P")
 R = TypeVar("R")
 
+# Layers above those that have kernels: what is in them cannot be compiled into one, since nothing below imports them.
+ABOVE = frozenset(
+    ["cli", "console", "engine", "opendrive", "paper", "pipeline", "reference", "report", "run", "scenario", "training"]
+)
 # Where processes that only compile note which kernels are taken; None where kernels are run.
 _claims: Path | None = None
 
@@ -36,7 +40,7 @@ def cache_folder() -> Path:
 
 @cache
 def _code_folder() -> Path:
-    """Return where machine code is kept, by the content of the package.
+    """Return where machine code is kept, by the content of the package but for the layers above its kernels.
 
     numba itself looks only at the file of a kernel, not at those of the helpers that are compiled into it.
     """
@@ -46,7 +50,10 @@ def _code_folder() -> Path:
     digest = hashlib.sha256()
     package = Path(__file__).parent
     for module in sorted(package.rglob("*.py")):
-        digest.update(module.relative_to(package).as_posix().encode())
+        name = module.relative_to(package)
+        if name.parts[0].removesuffix(".py") in ABOVE:
+            continue
+        digest.update(name.as_posix().encode())
         digest.update(module.read_bytes())
     return cache_folder() / "kernels" / digest.hexdigest()[:16]
 
