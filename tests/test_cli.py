@@ -55,10 +55,11 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture
 def faked(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Replace pipeline and summary."""
+    """Replace pipeline, summary and report."""
     real = launch.run_scenarios
     monkeypatch.setattr(launch, "run_scenarios", lambda *args: real(*args[:4], fake_run))
     monkeypatch.setattr(launch, "_show", lambda folder: print(f"tables of {folder.name}"))
+    monkeypatch.setattr(launch, "_report", lambda folder, messages: None)
 
 
 def never_run(*arguments: object) -> None:
@@ -283,6 +284,7 @@ if __name__ == "__main__":
     real = launch.run_scenarios
     launch.run_scenarios = lambda *args: real(*args[:4], run)
     launch._show = lambda folder: None
+    launch._report = lambda folder, messages: None
     sys.exit(cli.main(["run", "fast", "slow", "--out", "all", "--jobs", "1"]))
 """
 

@@ -97,6 +97,11 @@ def run(
     profile: _Profile = None,
     set_: _Set = None,
     log_steps: Annotated[bool, typer.Option("--log-steps", help="Also write every step to steps.parquet.")] = False,
+    log_vehicles: Annotated[
+        list[str] | None,
+        typer.Option("--log-vehicle", metavar="ID", help="Write steps.parquet for this vehicle only; can be repeated."),
+    ] = None,
+    report: Annotated[bool, typer.Option("--report/--no-report", help="Write report.html.")] = True,
     engine: Annotated[
         str | None, typer.Option(metavar="E", help="batched, or reference for small fleets. [default: batched]")
     ] = None,
@@ -131,9 +136,60 @@ def run(
         ("engine",): (engine, f"--engine {engine}"),
         ("threads",): (threads, f"--threads {threads}"),
         ("log_steps",): (log_steps or None, "--log-steps"),
+        ("log_vehicles",): (log_vehicles or None, "--log-vehicle"),
     }
     changes += [Override(key, value, flag) for key, (value, flag) in flags.items() if value is not None]
-    return launch(scenarios, changes, out=out, overwrite=overwrite, jobs=jobs, resume=resume)
+    return launch(scenarios, changes, out=out, overwrite=overwrite, jobs=jobs, resume=resume, report=report)
+
+
+@app.command("report")
+def report_(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="The folder of a run.")],
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="FILE", help="Where the page goes. [default: RUN/report.html]")
+    ] = None,
+    traces: Annotated[
+        bool, typer.Option("--traces/--no-traces", help="Simulate the vehicles that it shows again, if not logged.")
+    ] = True,
+    geojson: Annotated[
+        bool,
+        typer.Option("--geojson", help="Also write RUN/places.geojson, for QGIS: the map and what happened where."),
+    ] = False,
+) -> None:
+    """Write the report of a run: one HTML file that opens offline.
+
+    \b
+    Examples:
+      gpsec report results/town
+      gpsec report results/town --no-traces --geojson
+    """  # noqa: D301
+    from gpsec.console.reporting import report
+
+    report(run, out, traces=traces, geojson=geojson)
+
+
+@app.command()
+def trace(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="The folder of a run.")],
+    vehicle: Annotated[str, typer.Argument(metavar="VEHICLE", help="As in vehicles.csv.")],
+    scenario: Annotated[str | None, typer.Option(metavar="NAME", help="Where a run has several.")] = None,
+    attack: Annotated[
+        str | None, typer.Option(metavar="PLAN", help="Which of its attacks, or none. [default: the first]")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="FILE", help="The page. [default: RUN/trace-VEHICLE.html]")
+    ] = None,
+) -> None:
+    """Tell the story of one vehicle, on the terminal and as a page; it is simulated again if its steps were not logged.
+
+    \b
+    Examples:
+      gpsec trace results/town car12
+      gpsec trace results/fleet-eval car12 --scenario town --attack stealth
+    """  # noqa: D301
+    from gpsec.console.reporting import tell
+
+    tell(run, vehicle, scenario, attack, out)
 
 
 @app.command()

@@ -30,11 +30,13 @@ def launch(
     run: Run | None = None,
     *,
     resume: bool = False,
+    report: bool = True,
 ) -> int:
     """Run the scenarios and return the exit status.
 
     With `out` all of them end up in that folder, otherwise each in ``results/<name>``. What has finished is kept
     when another one fails or the user interrupts, and `resume` goes on from there.
+    With `report`, each folder gets its ``report.html``.
 
     Raises:
         GpsecError: a scenario or a folder is not as it should be; nothing has been run then.
@@ -77,6 +79,8 @@ def launch(
     for folder in asked:
         if folder not in groups or _finished(groups[folder], outcome):
             _show(folder)
+            if report:
+                _report(folder, messages)
     return _status(outcome, groups, messages) or (USER_ERROR if refused else 0)
 
 
@@ -168,6 +172,18 @@ def _show(folder: Path) -> None:
 
     # The tables are laid out for this width, also in a file or a pipe.
     print_summary(folder, Console(emoji=False) if sys.stdout.isatty() else Console(width=120, emoji=False))
+
+
+def _report(folder: Path, messages: Console) -> None:
+    """Write the report of a run, whose results stand already: what goes wrong now does not take them away."""
+    from gpsec.report.make import write_report
+    from gpsec.results import load
+
+    try:
+        said = f"report: {write_report(load(folder))}"
+    except (GpsecError, OSError) as error:
+        said = f"{folder}: no report could be written: {error}"
+    messages.print(f"gpsec: {said}", markup=False, highlight=False, soft_wrap=True)
 
 
 def _status(outcome: Outcome, groups: Mapping[Path, Sequence[Scenario]], messages: Console) -> int:

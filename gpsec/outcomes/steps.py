@@ -11,6 +11,7 @@ import pyarrow as pa
 from pyarrow import parquet
 
 from gpsec.arrays import Flags, Floats
+from gpsec.fleet import Measurements
 from gpsec.geo import Projector
 from gpsec.outcomes.tables import whole
 from gpsec.outcomes.view import StepView
@@ -63,8 +64,8 @@ class StepLog:
             self._writer.close()
             self._stack.__exit__(kind, error, trace)
 
-    def observe(self, view: StepView, vehicle_ids: Sequence[str]) -> None:
-        """Log the tracks `view.rows`; `vehicle_ids` holds the ids of their vehicles, one a track."""
+    def observe(self, view: StepView, vehicle_ids: Sequence[str], seen: Measurements) -> None:
+        """Log the tracks `view.rows`; `vehicle_ids` are those of their vehicles, one a track; `seen` has all."""
         rows, tracks, vehicles = view.rows, view.tracks, view.vehicles
         v = tracks.vehicle[rows]
         step: dict[str, Any] = {
@@ -79,6 +80,9 @@ class StepLog:
             "attacked": tracks.attacked[rows],
             "fix": tracks.fix_m[rows],
             "fix_valid": tracks.fix_valid[rows],
+            "lane_offset_m": vehicles.lane_offset_m[v],
+            "camera_offset_m": -seen.lane_poly[v, 0],
+            "camera_valid": seen.camera_valid[v],
             "residual_m": tracks.residual_m[rows],
             "residual_valid": tracks.residual_valid[rows],
             "statistic": view.statistic[rows],
@@ -104,7 +108,7 @@ class StepLog:
         fields += [(name, pa.float64()) for name in ("x_m", "y_m", "lon_deg", "lat_deg", "yaw_rad", "speed_mps")]
         fields += [("settled", pa.bool_()), ("attacked", pa.bool_())]
         fields += [(f"fix_{name}", pa.float64()) for name in ("x_m", "y_m", "lon_deg", "lat_deg")]
-        fields += [("residual_m", pa.float64())]
+        fields += [(name, pa.float64()) for name in ("lane_offset_m", "camera_offset_m", "residual_m")]
         for name in self._detectors:
             fields += [(f"{name}_statistic", pa.float64()), (f"{name}_alarm", pa.bool_())]
         for name in self._defences:
@@ -125,6 +129,8 @@ class StepLog:
         }
         every = np.ones(len(data["rear"]), np.bool_)
         columns |= self._positions("", data["rear"], every) | self._positions("fix_", data["fix"], data["fix_valid"])
+        columns["lane_offset_m"] = data["lane_offset_m"]
+        columns["camera_offset_m"] = pa.array(data["camera_offset_m"], mask=~data["camera_valid"])
         columns["residual_m"] = pa.array(data["residual_m"], mask=~data["residual_valid"])
         for k, name in enumerate(self._detectors):
             columns[f"{name}_statistic"] = pa.array(data["statistic"][:, k], mask=~data["scored"][:, k])

@@ -46,6 +46,18 @@ class FleetChoice:
         return noise.plain_uniform(noise.vehicle_key(self.seed, first_life(departure.vehicle_id)), channel, 0)
 
 
+@dataclass(frozen=True)
+class Few:
+    """Some vehicles of the fleet that `choice` draws, by their ids."""
+
+    choice: FleetChoice
+    vehicles: frozenset[str]
+
+    def equipped(self, departure: Departure) -> bool:
+        """Return whether a vehicle is one of them."""
+        return first_life(departure.vehicle_id) in self.vehicles and self.choice.equipped(departure)
+
+
 def first_life(vehicle_id: str) -> str:
     """Return SUMO's id of a vehicle that goes on as ``id#2``, ``id#3``, … after a jump or a teleport."""
     name, mark, life = vehicle_id.rpartition("#")

@@ -1,7 +1,8 @@
 """The one loop: traffic, truth, sensors, attacks, residual, detectors, filters, outcomes."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from contextlib import AbstractContextManager, ExitStack
+from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 from typing import Protocol
@@ -20,6 +21,7 @@ from gpsec.outcomes.view import StepView
 from gpsec.pipeline.batched import BatchedMethod
 from gpsec.pipeline.build import Ground, lay_ground, make_localization, make_plans, make_watchers
 from gpsec.pipeline.convoy import Convoy
+from gpsec.pipeline.fleet_choice import Few, first_life
 from gpsec.pipeline.manifest import Counts, write_manifest
 from gpsec.pipeline.mapfile import write_map
 from gpsec.progress import Progress
@@ -51,11 +53,18 @@ class Traffic(TrafficSource, ZoneSource, AbstractContextManager["Traffic"], Prot
 StartTraffic = Callable[[SumoOptions, Mapping[str, int], Equip], Traffic]
 
 
-def run_scenario(scenario: Scenario, folder: Path, report: Report, start: StartTraffic | None = None) -> None:
+def run_scenario(
+    scenario: Scenario,
+    folder: Path,
+    report: Report,
+    start: StartTraffic | None = None,
+    only: Collection[str] | None = None,
+) -> None:
     """Run a scenario and write its tables and its manifest into `folder`, which exists.
 
     libsumo allows one simulation per process, and so this can run once at a time in a process. `start` puts other
-    traffic, such as a recording, in the place of SUMO.
+    traffic, such as a recording, in the place of SUMO. `only` are the ids of vehicles of a former run that are looked
+    at again: nobody else is part of the fleet then, and they do as they did.
 
     Raises:
         GpsecError: the scenario cannot be run, or nobody of the fleet departs.
@@ -69,7 +78,8 @@ def run_scenario(scenario: Scenario, folder: Path, report: Report, start: StartT
         stack.enter_context(threadpool_limits(1))
         threads = Threads(scenario.threads)
         stack.callback(threads.close)
-        traffic = (start or RemoteSession)(ground.options, ground.hd_map.lane_index, ground.choice.equipped)
+        choice = ground.choice if only is None else Few(ground.choice, frozenset(map(first_life, only)))
+        traffic = (start or RemoteSession)(ground.options, ground.hd_map.lane_index, choice.equipped)
         session = stack.enter_context(traffic)
         load()  # while SUMO loads its net
         _Run(scenario, folder, report, ground, watchers, session, threads, stack).go(began)
@@ -116,7 +126,7 @@ class _Run:
             1,
         )
         self.log = None
-        if scenario.log_steps:
+        if scenario.log_steps or scenario.log_vehicles:
             path = folder / "steps.parquet"
             hd_map = ground.hd_map
             log = StepLog(path, names, watchers.names, defences, hd_map.lane_ids, hd_map.projector)
@@ -237,8 +247,12 @@ class _Run:
         self.outcomes.observe(view, self.threads)
         self.watch.lap("outcomes")
         if self.log is not None:
-            rows = convoy.tracks.vehicle[convoy.track_rows].tolist()
-            self.log.observe(view, [convoy.roll[row].vehicle_id for row in rows])
+            ids = [convoy.roll[row].vehicle_id for row in convoy.tracks.vehicle[convoy.track_rows].tolist()]
+            chosen = self.scenario.log_vehicles
+            if chosen:
+                kept = [place for place, name in enumerate(ids) if name in chosen or first_life(name) in chosen]
+                view, ids = replace(view, rows=view.rows[kept]), [ids[place] for place in kept]
+            self.log.observe(view, ids, convoy.seen)
             self.watch.lap("step log")
 
     def _close(self, rows: Ints, ended_s: float | None) -> None:

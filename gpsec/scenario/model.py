@@ -42,6 +42,7 @@ class Scenario(Section):
         threads: for the security layer of one scenario; results do not depend on it.
         engine: `batched` kernels, or `reference`, the second implementation, one vehicle at a time, for small fleets.
         log_steps: also write every step of every track to `steps.parquet`.
+        log_vehicles: write `steps.parquet` for these vehicles only, by SUMO's ids.
         fleet, traffic, detection, localization, outcomes: the sections of that name.
         defences: D of them; the first is never+none, the undefended vehicle.
         plans: attack plans; *no attack* comes before the first of them and is not listed.
@@ -54,6 +55,7 @@ class Scenario(Section):
     threads: int = Field(1, ge=1, le=256)
     engine: Literal["batched", "reference"] = "batched"
     log_steps: bool = False
+    log_vehicles: tuple[str, ...] = Field((), strict=False)
     fleet: FleetSection = FleetSection()
     traffic: TrafficSection = TrafficSection()
     detection: DetectionSection = DetectionSection()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gpsec.fleet import Tracks, Vehicles
+from gpsec.fleet import Measurements, Tracks, Vehicles
 from gpsec.hdmap.arrays import LaneSides
 from gpsec.outcomes.events import Journey
 from gpsec.outcomes.recorder import Outcomes
@@ -53,6 +53,7 @@ class Scene:
         self.tracks = Tracks.empty(capacity)
         self.vehicles = Vehicles.empty(capacity)
         self.vehicles.lane[:] = 0
+        self.seen = Measurements.empty(capacity)
         self.tracks.vehicle[:] = np.arange(capacity)
         self.tracks.settled[:] = True
         self.statistic = np.zeros((capacity, k))

@@ -24,6 +24,9 @@ def scene():
     scene.tracks.residual_m[:] = 0.25
     scene.tracks.residual_valid[:] = False, True, True, True
     scene.tracks.plan[1] = 1
+    scene.vehicles.lane_offset_m[:2] = 0.2, 0.3
+    scene.seen.lane_poly[:2, 0] = -0.25, -0.35
+    scene.seen.camera_valid[0] = True
     scene.vehicles.lane[1] = 1
     scene.estimate_m[:, 0] = scene.vehicles.rear_m + np.array([0.5, -0.5])
     scene.statistic[:, 0] = 7.0
@@ -36,9 +39,9 @@ def scene():
 def test_what_is_read_back_is_what_was_seen(tmp_path, scene):
     path = tmp_path / "steps.parquet"
     with open_log(path) as log:
-        log.observe(scene.view(0, [0, 1]), ["a", "b"])
+        log.observe(scene.view(0, [0, 1]), ["a", "b"], scene.seen)
         assert not path.exists()
-        log.observe(scene.view(1, [1]), ["b"])
+        log.observe(scene.view(1, [1]), ["b"], scene.seen)
     table = parquet.read_table(path).to_pydict()
     assert table["time_s"] == pytest.approx([0.1, 0.1, 0.2])
     assert table["vehicle_id"] == ["a", "b", "b"]
@@ -46,6 +49,8 @@ def test_what_is_read_back_is_what_was_seen(tmp_path, scene):
     assert table["lane"] == ["e_0", ":j_0_0", ":j_0_0"]
     assert table["x_m"] == [100.0, 300.0, 300.0]
     assert table["fix_y_m"] == [201.0, None, None]
+    assert table["lane_offset_m"] == [0.2, 0.3, 0.3]
+    assert table["camera_offset_m"] == [0.25, None, None]
     assert table["residual_m"] == [None, 0.25, 0.25]
     assert table["cusum_statistic"] == [7.0, None, None]
     assert table["cusum_alarm"] == [True, False, False]
@@ -63,7 +68,7 @@ def test_rows_are_written_as_the_run_goes_on(tmp_path, scene, monkeypatch):
     monkeypatch.setattr(steps, "ROWS_AT_ONCE", 4)
     with open_log(tmp_path / "steps.parquet") as log:
         for step in range(5):
-            log.observe(scene.view(step, [0, 1]), ["a", "b"])
+            log.observe(scene.view(step, [0, 1]), ["a", "b"], scene.seen)
     file = parquet.ParquetFile(tmp_path / "steps.parquet")
     assert [file.metadata.row_group(i).num_rows for i in range(file.num_row_groups)] == [4, 4, 2]
 
@@ -77,7 +82,7 @@ def test_an_empty_run_gives_an_empty_file(tmp_path):
 def test_a_run_that_fails_leaves_nothing_behind(tmp_path, scene):
     def fail():
         with open_log(tmp_path / "steps.parquet") as log:
-            log.observe(scene.view(0, [0]), ["a"])
+            log.observe(scene.view(0, [0]), ["a"], scene.seen)
             raise ValueError("the run")
 
     with pytest.raises(ValueError, match="the run"):

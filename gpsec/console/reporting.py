@@ -1,0 +1,82 @@
+"""`gpsec report` and `gpsec trace`."""
+
+import re
+import sys
+from pathlib import Path
+
+from rich.console import Console
+
+from gpsec.console.bars import display
+from gpsec.errors import GpsecError
+from gpsec.report.again import simulate
+from gpsec.report.chosen import choose, story_of
+from gpsec.report.geography import write_places
+from gpsec.report.make import Steps, logged_steps, write_report, write_trace
+from gpsec.report.told import told
+from gpsec.report.traces import rows_of
+from gpsec.results import Results, load
+
+
+def report(folder: Path, out: Path | None, *, traces: bool, geojson: bool) -> None:
+    """Write the report of the run in `folder`, and what else is asked for.
+
+    Raises:
+        GpsecError: it is no run, or nothing can be written there.
+    """
+    run = load(folder)
+    messages = Console(stderr=True, emoji=False)
+    stories = choose(run)
+    steps: Steps = logged_steps(run, stories)
+    if traces:
+        try:
+            steps = _completed(run, steps, [(story.scenario, story.vehicle_id) for story in stories], messages)
+        except GpsecError as error:
+            # The report is worth having without them, and says what it lacks.
+            messages.print(f"gpsec: no traces: {error}", markup=False, highlight=False, soft_wrap=True)
+    try:
+        written = [write_report(run, steps, out)]
+        if geojson:
+            written.append(write_places(run))
+    except OSError as error:
+        raise GpsecError(f"{out or folder}: no report can be written there: {error.strerror}") from None
+    for path in written:
+        print(path)
+
+
+def tell(folder: Path, vehicle_id: str, scenario: str | None, attack: str | None, out: Path | None) -> None:
+    """Tell the story of one vehicle on the terminal, and write it as a page.
+
+    Raises:
+        GpsecError: it is no run, there is no such vehicle, or it cannot be simulated again.
+    """
+    run = load(folder)
+    story = story_of(run, vehicle_id, scenario, attack)
+    messages = Console(stderr=True, emoji=False)
+    steps: Steps = {story.scenario: run.steps(story.scenario, [vehicle_id])}
+    steps = _completed(run, steps, [(story.scenario, vehicle_id)], messages)
+    logged = steps[story.scenario]
+    if logged is None or rows_of(story, logged).empty:
+        raise GpsecError(f"{folder}: no steps of vehicle '{vehicle_id}' could be found")
+    console = Console(emoji=False) if sys.stdout.isatty() else Console(width=100, emoji=False)
+    for part in told(run, story, rows_of(story, logged)):
+        console.print(part, markup=False, highlight=False)
+    path = out or folder / f"trace-{re.sub(r'[^A-Za-z0-9._-]+', '_', vehicle_id)[:100]}.html"
+    try:
+        print(write_trace(run, story, steps, path))
+    except OSError as error:
+        raise GpsecError(f"{path}: no page can be written there: {error.strerror}") from None
+
+
+def _completed(run: Results, steps: Steps, wanted: list[tuple[str, str]], messages: Console) -> Steps:
+    """Return `steps` with those of `wanted` (scenario, vehicle) that are missing, simulated again."""
+    missing: dict[str, list[str]] = {}
+    for scenario, vehicle in dict.fromkeys(wanted):
+        logged = steps.get(scenario)
+        if logged is None or not (logged["vehicle_id"] == vehicle).any():
+            missing.setdefault(scenario, []).append(vehicle)
+    # All of a scenario's at once: steps that are put together have to have the same columns.
+    missing = {name: [vehicle for scenario, vehicle in dict.fromkeys(wanted) if scenario == name] for name in missing}
+    if not missing:
+        return steps
+    with display(messages, list(missing)) as show:
+        return {**steps, **simulate(run, missing, show)}

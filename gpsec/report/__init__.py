@@ -1,0 +1,1 @@
+"""Reports that people look at: one HTML file that holds all of itself."""

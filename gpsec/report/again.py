@@ -1,0 +1,89 @@
+"""Simulates some vehicles of a run again: a run is a pure function of the scenario in its manifest."""
+
+import tempfile
+from collections.abc import Callable, Collection, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+from pydantic import ValidationError
+
+from gpsec.errors import GpsecError
+from gpsec.outcomes.tables import STEPS, read_table
+from gpsec.progress import Progress
+from gpsec.results import Results
+from gpsec.run import run_scenarios
+from gpsec.scenario import Scenario
+
+Tell = Callable[[Progress], None]
+
+
+def simulate(run: Results, wanted: Mapping[str, Collection[str]], tell: Tell) -> dict[str, pd.DataFrame | None]:
+    """Return the steps of the `wanted` vehicles of each scenario, which are simulated again with nobody else equipped.
+
+    Raises:
+        GpsecError: the traffic of the run is not there any more, or its vehicles do not do what they did.
+
+    """
+    found: dict[str, pd.DataFrame | None] = {}
+    for name, vehicles in wanted.items():
+        scenario = _scenario(run, name, vehicles)
+        with tempfile.TemporaryDirectory(prefix="gpsec-again-") as folder:
+            outcome = run_scenarios([scenario], Path(folder), 1, tell, partial(_run, only=tuple(vehicles)))
+            if outcome.interrupted:
+                raise KeyboardInterrupt
+            if outcome.failures:
+                failure = outcome.failures[0]
+                raise GpsecError(f"scenario '{name}' cannot be simulated again: {failure.sentence}")
+            _check(run, name, vehicles, Path(folder) / name)
+            found[name] = pd.read_parquet(Path(folder) / name / STEPS)
+    return found
+
+
+def _run(scenario: Scenario, folder: Path, report: Tell, only: Collection[str]) -> None:
+    from gpsec.pipeline.run import run_scenario
+
+    run_scenario(scenario, folder, report, only=only)
+
+
+def _scenario(run: Results, name: str, vehicles: Collection[str]) -> Scenario:
+    """Return the scenario as it was run, up to the time at which the last of the vehicles left."""
+    stated = run.manifest(name)
+    try:
+        scenario = Scenario.model_validate(stated["configuration"])
+    except ValidationError as error:
+        said = error.errors()[0]["msg"].removeprefix("Value error, ")
+        raise GpsecError(f"{run.folder}: the configuration of '{name}' cannot be run by this version: {said}") from None
+    if not scenario.sumocfg.is_file():
+        raise GpsecError(
+            f"{scenario.sumocfg}: the traffic of '{name}' is not there, so that its vehicles cannot be simulated again;"
+            " start gpsec where the run was started"
+        )
+    changes: dict[str, Any] = {"log_steps": True, "log_vehicles": (), "threads": 1}
+    journeys = run.vehicles[(run.vehicles["scenario"] == name) & run.vehicles["vehicle_id"].isin(list(vehicles))]
+    if journeys["arrive_s"].notna().all():
+        # A second more, for the step in which they are seen to have left.
+        changes["duration_s"] = min(float(journeys["arrive_s"].max()) + 1.0, stated["steps"] * stated["step_s"])
+    return scenario.model_copy(update=changes)
+
+
+def _check(run: Results, name: str, vehicles: Collection[str], folder: Path) -> None:
+    """Check that the vehicles did what they did in the run.
+
+    Raises:
+        GpsecError: they did not.
+    """
+    keys = ["vehicle_id", "attack", "defence"]
+    columns = [*keys, "start_s", "rmse_xy_m"]
+    now, then = (
+        events.loc[(events["scenario"] == name) & events["vehicle_id"].isin(list(vehicles)), columns]
+        .astype(dict.fromkeys(keys, str))
+        .sort_values(keys, ignore_index=True)
+        for events in (read_table(folder, "events"), run.events)
+    )
+    if not now.equals(then):
+        raise GpsecError(
+            f"{run.folder}: the vehicles of '{name}' do not do what they did in this run, so that gpsec, SUMO or the"
+            " scenario's files have changed since; run it again"
+        )

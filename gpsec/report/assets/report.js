@@ -1,0 +1,239 @@
+"use strict";
+(async () => {
+  async function unpacked(id) {
+    const bytes = Uint8Array.from(atob(document.getElementById(id).textContent), (letter) => letter.charCodeAt(0));
+    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+    return new Response(stream).text();
+  }
+  const [library, text] = await Promise.all([unpacked("plotly"), unpacked("data")]);
+  const element = document.createElement("script");
+  element.textContent = library;
+  document.head.append(element);
+  const data = JSON.parse(text);
+  // Okabe and Ito's colours, which colour-blind people can tell apart; those that are too dark or too light for a
+  // background come last, and lines of the same colour have other dashes.
+  const COLOURS = ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#d55e00", "#56b4e9"];
+  const DASHES = ["solid", "dash", "dot"];
+  const state = { group: "", attack: "" };
+  const picked = {};
+  const root = document.documentElement;
+  const byId = (id) => document.getElementById(id);
+  const all = (selector) => [...document.querySelectorAll(selector)];
+
+  // Plotly takes a few tags in texts; names come from files that anybody may have made.
+  const safe = (text) => String(text).replace(/&/g, "&amp;").replace(/</g, "&lt;").replace(/>/g, "&gt;");
+  const css = (name) => getComputedStyle(root).getPropertyValue(name).trim();
+  const colour = (number) => (number < 0 ? css("--ink") : COLOURS[number % COLOURS.length]);
+  const dash = (number) => (number < 0 ? "solid" : DASHES[Math.floor(number / COLOURS.length) % DASHES.length]);
+  const faded = (hex, alpha) => {
+    const value = parseInt(hex.slice(1), 16);
+    return `rgba(${value >> 16}, ${(value >> 8) & 255}, ${value & 255}, ${alpha})`;
+  };
+
+  function choices(figure) {
+    const found = {};
+    for (const series of figure.series) {
+      if (series.where.group !== undefined && series.where.group !== state.group) continue;
+      for (const [name, value] of Object.entries(series.where)) {
+        if (name === "group" || name === "attack") continue;
+        (found[name] ||= new Set()).add(value);
+      }
+    }
+    return Object.fromEntries(Object.entries(found).map(([name, values]) => [name, [...values]]));
+  }
+
+  const shows = (series, current) => Object.entries(series.where).every(([name, value]) => current[name] === value);
+
+  function errors(values, low, high) {
+    if (!low || !low.some((bound) => bound !== null)) return undefined;
+    const away = (bounds, sign) => values.map((value, i) => (bounds[i] === null ? 0 : Math.max(0, sign * (bounds[i] - value))));
+    return { type: "data", symmetric: false, array: away(high, 1), arrayminus: away(low, -1), thickness: 1.2, width: 3 };
+  }
+
+  function traces(series, group) {
+    const paint = colour(series.colour);
+    const name = safe(series.name);
+    const common = { x: series.x, y: series.y, name, legendgroup: name + group };
+    const text = series.text && series.text.map(safe);
+    const line = { color: paint, width: 2, dash: dash(series.colour) };
+    switch (series.kind) {
+      case "band":
+        return [
+          { ...common, y: series.low, mode: "lines", line: { width: 0 }, hoverinfo: "skip", showlegend: false },
+          { ...common, y: series.high, mode: "lines", line: { width: 0 }, fill: "tonexty", fillcolor: faded(paint, 0.18), hoverinfo: "skip" },
+        ];
+      case "step":
+        return [{ ...common, mode: "lines", line: { ...line, shape: "hv" } }];
+      case "points":
+        return [{ ...common, mode: "markers", text, hovertemplate: text ? "%{text}" : "%{x:.4g}, %{y:.4g}",
+          marker: { color: paint, size: series.mark === "x-thin-open" ? 5 : 9, symbol: series.mark || "circle", line: { color: paint, width: 1.5 } },
+          error_x: errors(series.x, series.xLow, series.xHigh), error_y: errors(series.y, series.low, series.high) }];
+      case "bars":
+        return [{ ...common, x: series.x.map(safe), type: "bar", marker: { color: paint }, text, textposition: "none",
+          hovertemplate: "%{text} (%{y:.1%})", error_y: { ...errors(series.y, series.low, series.high), color: css("--soft") } }];
+      case "road":
+        return [{ ...common, mode: "lines", line: { color: css("--soft"), width: 1 }, opacity: 0.55, hoverinfo: "skip", connectgaps: false }];
+      case "area":
+        return [{ ...common, mode: "lines", line: { color: paint, width: 1.5 }, fill: "toself", fillcolor: faded(paint, 0.15), hoverinfo: "name" }];
+      case "span":
+        return [];
+      default:
+        return [{ ...common, mode: "lines", line, connectgaps: false }];
+    }
+  }
+
+  function span(series) {
+    return { type: "rect", xref: "x", yref: "paper", x0: series.x[0], x1: series.x[1], y0: 0, y1: 1, line: { width: 0 },
+      fillcolor: faded(colour(series.colour), 0.12), layer: "below", label: { text: safe(series.name), textposition: "top left", font: { size: 10 } } };
+  }
+
+  function layout(figure, width, spans) {
+    const axis = { gridcolor: css("--line"), linecolor: css("--line"), zerolinecolor: css("--line"), automargin: true };
+    const given = figure.layout;
+    const title = (text) => ({ text: safe(text), standoff: 8, font: { size: 12 } });
+    return {
+      paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", barmode: "group", shapes: spans,
+      font: { color: css("--ink"), family: getComputedStyle(document.body).fontFamily, size: width < 480 ? 10 : 12 },
+      margin: { l: 50, r: 12, t: 10, b: 44 }, hovermode: figure.key === "map" || figure.key === "trace_path" ? "closest" : undefined,
+      hoverlabel: { namelength: -1 }, showlegend: true,
+      legend: { orientation: "h", y: 1.02, yanchor: "bottom", x: 0, font: { size: width < 480 ? 10 : 11 } },
+      xaxis: { ...axis, title: title(figure.xTitle), ...given.xaxis }, yaxis: { ...axis, title: title(figure.yTitle), ...given.yaxis },
+      dragmode: figure.tall ? "pan" : "zoom",
+    };
+  }
+
+  function current(figure) {
+    const offered = choices(figure);
+    const chosen = { ...state };
+    for (const [name, values] of Object.entries(offered)) {
+      chosen[name] = values.includes(picked[name]) ? picked[name] : values[0];
+    }
+    return [chosen, offered];
+  }
+
+  function pickers(figure, place, chosen, offered) {
+    place.replaceChildren();
+    for (const [name, values] of Object.entries(offered)) {
+      const label = document.createElement("label");
+      const select = document.createElement("select");
+      label.append(name[0].toUpperCase() + name.slice(1), select);
+      select.dataset.pick = name;
+      for (const value of values) select.add(new Option(value, value, false, value === chosen[name]));
+      select.addEventListener("change", () => { picked[name] = select.value; draw(); });
+      place.append(label);
+    }
+  }
+
+  function drawFigure(element) {
+    const figure = data.figures[element.id];
+    const [chosen, offered] = current(figure);
+    pickers(figure, element.querySelector(".picks"), chosen, offered);
+    const shown = figure.series.filter((series) => shows(series, chosen));
+    const canvas = element.querySelector(".canvas");
+    const why = element.querySelector(".why");
+    const empty = shown.every((series) => series.kind === "road" || series.kind === "span");
+    const nothing = shown.length === 0 || (empty && figure.key !== "map");
+    canvas.hidden = nothing;
+    why.hidden = !nothing;
+    why.textContent = nothing ? figure.whyEmpty : "";
+    element.querySelector(".csv").hidden = figure.series.length === 0;
+    if (nothing) { Plotly.purge(canvas); return Promise.resolve(); }
+    const drawn = shown.flatMap((series, i) => traces(series, i));
+    const spans = shown.filter((series) => series.kind === "span").map(span);
+    const settings = { responsive: true, displaylogo: false, scrollZoom: figure.tall, modeBarButtonsToRemove: ["lasso2d", "select2d"] };
+    return Plotly.react(canvas, drawn, layout(figure, canvas.clientWidth, spans), settings);
+  }
+
+  const visible = (element) => element.closest("[hidden]") === null;
+
+  function draw() {
+    for (const section of all("[data-group]")) section.hidden = section.dataset.group !== state.group;
+    for (const table of all("table")) {
+      const box = table.closest(".listing")?.querySelector(".every");
+      for (const row of table.querySelectorAll("tr[data-attack]")) {
+        row.classList.toggle("chosen", row.dataset.attack === state.attack);
+        row.classList.toggle("other", Boolean(box) && !box.checked && row.dataset.attack !== state.attack);
+      }
+    }
+    return Promise.all(all("figure.plot").filter(visible).map(drawFigure));
+  }
+
+  function open(tab) {
+    for (const other of all("[role=tab]")) {
+      other.setAttribute("aria-selected", String(other === tab));
+      other.tabIndex = other === tab ? 0 : -1;
+      byId(other.getAttribute("aria-controls")).hidden = other !== tab;
+    }
+    draw();
+  }
+
+  function quoted(value) {
+    if (value === null || value === undefined) return "";
+    const text = String(value);
+    return /[",\r\n]/.test(text) ? `"${text.replace(/"/g, '""')}"` : text;
+  }
+
+  function table(figure) {
+    const names = [...new Set(figure.series.flatMap((series) => Object.keys(series.where)))];
+    const columns = [["x", figure.xTitle || "x"], ["y", figure.yTitle || "y"], ["low", "low"], ["high", "high"], ["xLow", "x low"], ["xHigh", "x high"], ["text", "text"]]
+      .filter(([key]) => figure.series.some((series) => series[key]));
+    const lines = [[...names, "series", ...columns.map(([, title]) => title)]];
+    for (const series of figure.series) {
+      const first = [...names.map((name) => series.where[name]), series.name];
+      series.x.forEach((_, i) => lines.push([...first, ...columns.map(([key]) => series[key] && series[key][i])]));
+    }
+    return lines.map((line) => line.map(quoted).join(",")).join("\r\n") + "\r\n";
+  }
+
+  function download(key) {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(new Blob([table(data.figures[key])], { type: "text/csv" }));
+    link.download = `${key}.csv`;
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+  }
+
+  for (const name of ["group", "attack"]) {
+    const select = byId(name);
+    if (!select) continue;
+    state[name] = select.value;
+    select.closest("label").hidden = select.options.length < 2;
+    select.addEventListener("change", () => { state[name] = select.value; draw(); });
+  }
+  if (!state.group) state.group = data.groups[0] || "";
+  const tabs = all("[role=tab]");
+  tabs.forEach((tab, i) => {
+    tab.addEventListener("click", () => open(tab));
+    tab.addEventListener("keydown", (event) => {
+      const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
+      if (!step) return;
+      const next = tabs[(i + step + tabs.length) % tabs.length];
+      next.focus();
+      open(next);
+    });
+  });
+  for (const button of all(".csv")) button.addEventListener("click", () => download(button.dataset.figure));
+  const dark = matchMedia("(prefers-color-scheme: dark)");
+  byId("theme").addEventListener("click", () => {
+    const isDark = root.dataset.theme ? root.dataset.theme === "dark" : dark.matches;
+    root.dataset.theme = isDark ? "light" : "dark";
+    draw();
+  });
+  dark.addEventListener("change", draw);
+  // Paper is white, and has no tabs.
+  let former;
+  addEventListener("beforeprint", () => {
+    former = root.dataset.theme;
+    root.dataset.theme = "light";
+    all(".panel").forEach((panel) => { panel.dataset.was = panel.hidden ? "1" : ""; panel.hidden = false; });
+    draw();
+  });
+  addEventListener("afterprint", () => {
+    if (former) root.dataset.theme = former; else delete root.dataset.theme;
+    all(".panel").forEach((panel) => { panel.hidden = panel.dataset.was === "1"; });
+    draw();
+  });
+  for (const box of all(".every")) box.addEventListener("change", draw);
+  if (tabs.length) open(tabs[0]); else await draw();
+  root.dataset.ready = "yes";
+})();

@@ -1,0 +1,125 @@
+"""Which vehicles a report tells the story of."""
+
+from dataclasses import dataclass
+from difflib import get_close_matches
+from typing import Any
+
+import pandas as pd
+
+from gpsec.errors import GpsecError, nearest
+from gpsec.report.figures import UNDEFENDED
+from gpsec.report.frame import group_name
+from gpsec.results import Results
+from gpsec.scenario.choices import BOUNDS
+
+
+@dataclass(frozen=True)
+class Story:
+    """One vehicle under one attack.
+
+    Attributes:
+        scenario, profile, vehicle_id, attack: of the event; `attack` is ``none`` for a vehicle that has none.
+        why: it was chosen.
+        start_s, end_s: of the attack; of the journey where there is none.
+        events: its rows of `events.csv`, one for each defence; none without an attack.
+
+    """
+
+    scenario: str
+    profile: str
+    vehicle_id: str
+    attack: str
+    why: str
+    start_s: float
+    end_s: float
+    events: pd.DataFrame
+
+    @property
+    def group(self) -> str:
+        """Scenario and profile."""
+        return group_name(self.scenario, self.profile)
+
+    @property
+    def label(self) -> str:
+        """As it is called where one chooses."""
+        what = "no attack" if self.attack == "none" else self.attack
+        return f"{self.why + ': ' if self.why else ''}{self.vehicle_id}, {what}"
+
+
+def reference_defence(run: Results) -> str | None:
+    """Return the defence that lets fewest vehicles leave their lane, bounds left out; None where there is none."""
+    safety = run.safety[run.safety["attack"] != "none"]
+    left = safety.groupby("defence", observed=True)["out_of_lane"].sum()
+    real = [name for name in left.index if name.partition("+")[0] not in BOUNDS]
+    return min(real, key=lambda name: left[name]) if real else None
+
+
+def choose(run: Results) -> list[Story]:
+    """Return, of each scenario and profile, the worst and the median vehicle and the first whose attack was missed.
+
+    All are judged by the defence that lets fewest vehicles leave their lane: by the largest error across the lane.
+    """
+    defence = reference_defence(run)
+    chosen = run.events[run.events["defence"] == (defence or UNDEFENDED)]
+    stories = []
+    for _, rows in chosen.groupby(["scenario", "profile"], sort=False, observed=True):
+        by_error = rows.dropna(subset=["max_cross_track_m"]).sort_values(["max_cross_track_m", "vehicle_id", "attack"])
+        middle = max(len(by_error) - 1, 0) // 2
+        picks = {"worst": by_error.tail(1), "median": by_error.iloc[middle : middle + 1]}
+        if defence is not None:
+            missed = rows[~rows["detected"]].sort_values(["start_s", "vehicle_id"])
+            picks["first missed"] = missed.head(1)
+        stories += [_story(run, row, why) for why, found in picks.items() for row in found.to_dict("records")]
+    return stories
+
+
+def story_of(run: Results, vehicle_id: str, scenario: str | None = None, attack: str | None = None) -> Story:
+    """Return the story of one vehicle: under `attack`, or else the first that it was under, or none.
+
+    Raises:
+        GpsecError: there is no such vehicle, or it was not attacked in this way.
+    """
+    mine = run.vehicles[run.vehicles["vehicle_id"] == vehicle_id]
+    if scenario is not None:
+        run.manifest(scenario)
+        mine = mine[mine["scenario"] == scenario]
+    if mine.empty:
+        close = get_close_matches(vehicle_id, run.vehicles["vehicle_id"].cat.categories, n=1)
+        hint = f"did you mean '{close[0]}'?" if close else "their ids are in vehicles.csv"
+        raise GpsecError(f"{run.folder}: no vehicle '{vehicle_id}' in this run; {hint}")
+    scenarios = list(dict.fromkeys(mine["scenario"]))
+    if len(scenarios) > 1:
+        raise GpsecError(
+            f"{run.folder}: vehicle '{vehicle_id}' is in {', '.join(scenarios)}; say which with --scenario"
+        )
+    attacks = [name for name in dict.fromkeys(mine["attack"]) if name != "none"]
+    if attack is not None and attack not in {*attacks, "none"}:
+        raise GpsecError(f"{run.folder}: vehicle '{vehicle_id}' was not under '{attack}': {nearest(attack, attacks)}")
+    chosen = attack or next(iter(attacks), "none")
+    events = run.events
+    rows = events[(events["scenario"] == scenarios[0]) & (events["vehicle_id"] == vehicle_id)]
+    rows = rows[rows["attack"] == chosen]
+    if not rows.empty:
+        return _story(run, rows.iloc[0].to_dict(), "")
+    life = mine[mine["attack"] == "none"].iloc[0]
+    end_s = life["arrive_s"] if pd.notna(life["arrive_s"]) else life["depart_s"] + life["vehicle_seconds"]
+    return Story(scenarios[0], life["profile"], vehicle_id, "none", "", life["depart_s"], float(end_s), rows)
+
+
+def _story(run: Results, row: dict[Any, Any], why: str) -> Story:
+    events = run.events
+    mine = events[
+        (events["scenario"] == row["scenario"])
+        & (events["vehicle_id"] == row["vehicle_id"])
+        & (events["attack"] == row["attack"])
+    ]
+    return Story(
+        row["scenario"],
+        row["profile"],
+        row["vehicle_id"],
+        row["attack"],
+        why,
+        float(row["start_s"]),
+        float(row["end_s"]),
+        mine,
+    )

@@ -1,0 +1,145 @@
+"""Figures as plain data, which `assets/report.js` draws with Plotly."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+# Digits that a figure keeps of a number: a tenth of a pixel of any axis.
+_DIGITS = 4
+Values = Sequence[Any] | NDArray[Any]
+
+# Colour of what is not coloured: the undefended vehicle, the road.
+NEUTRAL = -1
+
+
+@dataclass(frozen=True)
+class Series:
+    """One line, band, set of points or of bars.
+
+    Attributes:
+        name: in the legend and in the CSV.
+        kind: ``line``, ``step``, ``band``, ``points``, ``bars``, ``road``, ``area``, ``span``.
+        x, y: values; NaN breaks a line.
+        low, high: bounds of `y`, where there are any; x_low, x_high: of `x`.
+        colour: number of a colour, `NEUTRAL` for that of the text.
+        where: the choices under which it is shown, such as ``{"group": "town · carla", "attack": "drift"}``.
+        text: of the points.
+        mark: Plotly's symbol of points.
+
+    """
+
+    name: str
+    kind: str
+    x: Values
+    y: Values
+    low: Values | None = None
+    high: Values | None = None
+    x_low: Values | None = None
+    x_high: Values | None = None
+    colour: int = NEUTRAL
+    where: Mapping[str, str] = field(default_factory=dict)
+    text: Sequence[str] | None = None
+    mark: str = ""
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure, and what it says where there is nothing to show.
+
+    Attributes:
+        key: an id.
+        title, note: above and below it.
+        x_title, y_title: of the axes, with units.
+        series: what is drawn.
+        why_empty: a sentence for choices under which there is no series.
+        layout: further settings of Plotly's axes and bars.
+        tall: needs more height than width.
+
+    """
+
+    key: str
+    title: str
+    x_title: str
+    y_title: str
+    series: Sequence[Series]
+    why_empty: str
+    note: str = ""
+    layout: Mapping[str, Any] = field(default_factory=dict)
+    tall: bool = False
+
+    @property
+    def picks(self) -> dict[str, list[str]]:
+        """Choices of its own (all but group and attack) -> what there is to choose."""
+        found: dict[str, dict[str, None]] = {}
+        for series in self.series:
+            for name, value in series.where.items():
+                if name not in {"group", "attack"}:
+                    found.setdefault(name, {})[value] = None
+        return {name: list(values) for name, values in found.items()}
+
+    def plain(self) -> dict[str, Any]:
+        """Return it as JSON takes it."""
+        return {
+            "key": self.key,
+            "title": self.title,
+            "xTitle": self.x_title,
+            "yTitle": self.y_title,
+            "whyEmpty": self.why_empty,
+            "layout": dict(self.layout),
+            "tall": self.tall,
+            "picks": self.picks,
+            "series": [_plain(series) for series in self.series],
+        }
+
+
+def _plain(series: Series) -> dict[str, Any]:
+    values = {
+        "x": series.x,
+        "y": series.y,
+        "low": series.low,
+        "high": series.high,
+        "xLow": series.x_low,
+        "xHigh": series.x_high,
+    }
+    plain: dict[str, Any] = {"name": series.name, "kind": series.kind, "colour": series.colour}
+    plain |= {name: [_cell(value) for value in column] for name, column in values.items() if column is not None}
+    plain["where"] = dict(series.where)
+    if series.text is not None:
+        plain["text"] = list(series.text)
+    if series.mark:
+        plain["mark"] = series.mark
+    return plain
+
+
+def _cell(value: Any) -> Any:
+    if isinstance(value, str):
+        return value
+    number = float(value)
+    if not np.isfinite(number):
+        return None
+    short = float(f"{number:.{_DIGITS}g}") if abs(number) < 10**_DIGITS else round(number, 1)
+    return int(short) if short == int(short) else short
+
+
+def colours(names: Iterable[str], neutral: str = "") -> dict[str, int]:
+    """Return a colour for each name, the same wherever the name appears; `neutral` has none."""
+    return {neutral: NEUTRAL} | {name: i for i, name in enumerate(n for n in dict.fromkeys(names) if n != neutral)}
+
+
+def group_name(scenario: str, profile: str) -> str:
+    """Return how a scenario with a profile is called in the choice of both."""
+    return f"{scenario} · {profile}"
+
+
+def grouped(table: pd.DataFrame, key: str) -> Iterable[tuple[dict[str, str], str, dict[str, Any]]]:
+    """Yield (where, name, columns) for every scenario, profile, attack and value of `key`, as they first appear."""
+    columns = {str(name): table[name].to_numpy() for name in table}
+    found = table.groupby(["scenario", "profile", "attack", key], sort=False, observed=True).indices
+    for names, places in sorted(found.items(), key=lambda item: int(item[1][0])):
+        scenario, profile, attack, name = map(str, names)  # type: ignore[call-overload]  # pandas-stubs has one key
+        where = {"group": group_name(scenario, profile), "attack": attack}
+        yield where, name, {column: values[places] for column, values in columns.items()}

@@ -1,0 +1,131 @@
+"""Writes `report.html` of a run."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from gpsec import __version__
+from gpsec.report.chosen import Story, choose, reference_defence
+from gpsec.report.figures import all_figures
+from gpsec.report.frame import group_name
+from gpsec.report.page import render, write
+from gpsec.report.roads import map_figure
+from gpsec.report.tables import detection_tables, localization_tables, safety_tables
+from gpsec.report.told import facts
+from gpsec.report.traces import trace_figures
+from gpsec.report.verdict import verdicts
+from gpsec.report.words import seconds
+from gpsec.results import Results
+
+REPORT = "report.html"
+
+Steps = Mapping[str, pd.DataFrame | None]
+
+
+def write_report(run: Results, steps: Steps | None = None, path: Path | None = None) -> Path:
+    """Write the report of a run into its folder, or to `path`, and return where it is.
+
+    `steps` holds the steps of the chosen vehicles of each scenario; without it, those that the run has logged are
+    taken.
+    """
+    stories = choose(run)
+    target = path or run.folder / REPORT
+    known = logged_steps(run, stories) if steps is None else steps
+    figures = all_figures(run) | {"map": map_figure(run)} | trace_figures(run, stories, known)
+    groups = list(
+        dict.fromkeys(
+            group_name(*pair) for pair in zip(run.detection["scenario"], run.detection["profile"], strict=True)
+        )
+    )
+    attacks = [name for name in run.safety["attack"].cat.categories if name != "none"]
+    page = render(
+        "report.html",
+        {"figures": {key: figure.plain() for key, figure in figures.items()}, "groups": groups, "attacks": attacks},
+        title=", ".join(stated["scenario"] for stated in run.scenarios),
+        unfinished=run.unfinished,
+        verdicts=verdicts(run),
+        reference=reference_defence(run),
+        runs=[_described(stated) for stated in run.scenarios],
+        figures=figures,
+        groups=groups,
+        attacks=attacks,
+        tables={
+            "detection": detection_tables(run),
+            "localization": localization_tables(run),
+            "safety": safety_tables(run),
+        },
+        version=__version__,
+    )
+    write(target, page)
+    return target
+
+
+def write_trace(run: Results, story: Story, steps: Steps, path: Path) -> Path:
+    """Write the page of one vehicle to `path`, and return it."""
+    figures = trace_figures(run, [story], steps)
+    page = render(
+        "trace.html",
+        {
+            "figures": {key: figure.plain() for key, figure in figures.items()},
+            "groups": [story.group],
+            "attacks": [],
+        },
+        title=f"{story.vehicle_id}, {story.group}",
+        story=story,
+        facts=facts(run, story),
+        figures=figures,
+        version=__version__,
+    )
+    write(path, page)
+    return path
+
+
+def logged_steps(run: Results, stories: list[Story]) -> dict[str, pd.DataFrame | None]:
+    """Return the logged steps of the vehicles of `stories`, None for scenarios without a log."""
+    wanted: dict[str, list[str]] = {}
+    for story in stories:
+        wanted.setdefault(story.scenario, []).append(story.vehicle_id)
+    return {scenario: run.steps(scenario, vehicles) for scenario, vehicles in wanted.items()}
+
+
+def _described(stated: dict[str, Any]) -> dict[str, Any]:
+    """Return what the page says of a scenario: what was run, and what was assumed."""
+    given = stated["configuration"]
+    steps = stated["steps"] * stated["step_s"]
+    plans = [
+        {
+            "name": plan["name"],
+            "attack": plan["attack"],
+            "where": "in its zone" if "shape_m" in plan else f"{plan['share']:.0%} of the vehicles",
+            "parameters": ", ".join(f"{name} {_value(value)}" for name, value in plan["parameters"].items()),
+        }
+        for plan in stated["plans"]
+    ]
+    facts = {
+        "traffic": f"{given['sumocfg']}, {seconds(steps)} in steps of {stated['step_s']:g} s, seed {stated['seed']}",
+        "fleet": f"{stated['vehicles']} vehicles with sensors ({given['fleet']['equipped_share']:.0%} of those whose"
+        f" type does not say), {stated['vehicle_steps']:,} vehicle-steps, at most {stated['peak_vehicles']} at a time",
+        "sensor profiles": ", ".join(stated["profiles"]),
+        "map matching": given["fleet"]["matching"],
+        "scored and attacked": f"after {given['fleet']['settle_s']:g} s on the road",
+        "false-alarm rate of the thresholds": given["detection"]["false_alarm_rate"],
+        "GNSS is used again": f"{given['localization']['hold_s']:g} s after the last alarm, once fixes have agreed for"
+        f" {given['localization']['rejoin_s']:g} s",
+        "intervals": f"{given['outcomes']['confidence']:.0%}, bootstrap of {given['outcomes']['bootstrap']} over"
+        " vehicles; Wilson's for shares",
+        "engine": given["engine"],
+        "gpsec": f"{stated['gpsec_version']}, commit {stated['git_commit'] or 'unknown'},"
+        f" libsumo {stated['versions']['libsumo']}",
+    }
+    security_s = sum(stated["stages_s"].values())
+    cost = (
+        f"SUMO {stated['sumo_s']:.1f} s, security layer {security_s:.1f} s,"
+        f" {security_s / max(stated['vehicle_steps'], 1) * 1e6:.1f} µs for each vehicle and step"
+    )
+    return {"name": stated["scenario"], "facts": facts | {"cost": cost}, "plans": plans, "notes": stated["notes"]}
+
+
+def _value(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,82 @@
+"""Puts a page together: one HTML file that needs nothing but itself."""
+
+import base64
+import gzip
+import json
+from contextlib import suppress
+from functools import cache
+from importlib.metadata import version
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
+from markupsafe import Markup
+
+from gpsec.kernels import cache_folder
+from gpsec.outcomes.tables import whole
+
+_ASSETS = files("gpsec.report") / "assets"
+
+
+def render(template: str, data: dict[str, Any], **names: Any) -> str:
+    """Return a page; `data` is what the script of the page gets, `names` what the template does.
+
+    Whatever comes from a run is escaped: by the template in HTML, and by the script before Plotly sees it.
+    """
+    return (
+        _environment()
+        .get_template(template)
+        .render(
+            **names,
+            style=_asset("report.css"),
+            script=_asset("report.js"),
+            plotly=_plotly(),
+            data=packed(json.dumps(data, separators=(",", ":"), allow_nan=False)),
+        )
+    )
+
+
+def packed(text: str, level: int = 6) -> str:
+    """Return a text as the script of a page unpacks it: gzip in base64, which no tag can begin or end in."""
+    return base64.b64encode(gzip.compress(text.encode(), level, mtime=0)).decode()
+
+
+def unpacked(text: str) -> str:
+    """Return what was `packed`."""
+    return gzip.decompress(base64.b64decode(text)).decode()
+
+
+def write(path: Path, text: str) -> None:
+    """Write a page, whole or not at all."""
+    with whole(path) as partial:
+        partial.write_text(text, encoding="utf-8")
+
+
+@cache
+def _environment() -> Environment:
+    return Environment(
+        loader=PackageLoader("gpsec.report", "assets"),
+        autoescape=select_autoescape(default=True, default_for_string=True),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+
+
+def _asset(name: str) -> Markup:
+    return Markup((_ASSETS / name).read_text("utf-8"))
+
+
+def _plotly() -> str:
+    """Return Plotly's script, packed. That takes a second, so it is kept."""
+    kept = cache_folder() / f"plotly-{version('plotly')}.packed"
+    try:
+        return kept.read_text("ascii")
+    except OSError:
+        from plotly.offline import get_plotlyjs
+
+        text = packed(get_plotlyjs(), 9)
+        with suppress(OSError), whole(kept) as partial:
+            partial.write_text(text, "ascii")
+        return text

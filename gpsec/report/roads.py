@@ -1,0 +1,101 @@
+"""The map of a run: lanes and zones, where attacks began, were seen, and vehicles left their lane."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from gpsec.outcomes.places import ATTACK_BEGAN, DETECTED, LEFT_LANE
+from gpsec.report.figures import UNDEFENDED, defences_of, detectors_of
+from gpsec.report.frame import Figure, Series, group_name
+from gpsec.results import Results
+
+# Length of a degree of latitude, and of longitude at the equator.
+_DEGREE_M = 111_320.0
+# More points than these hide each other, and make the file large.
+_MOST_POINTS = 600
+_STYLES = {ATTACK_BEGAN: ("attack began", 0, "circle-open"), LEFT_LANE: ("left its lane", 4, "x")}
+
+
+def map_figure(run: Results) -> Figure:
+    """Return the map; positions are metres east and north of the middle of the lanes, which serves towns."""
+    series: list[Series] = []
+    known = {DETECTED: detectors_of(run), LEFT_LANE: defences_of(run)}
+    thinned = False
+    for scenario in run.scenarios:
+        name = scenario["scenario"]
+        features = run.map(name)
+        places = run.places[run.places["scenario"] == name]
+        groups = [group_name(name, profile) for profile in scenario["profiles"]]
+        if not features and places.empty:
+            continue
+        middle = _middle(features, places)
+        lines = [feature for feature in features if feature["properties"]["kind"] == "lane"]
+        zones = [feature for feature in features if feature["properties"]["kind"] == "zone"]
+        for group in groups:
+            if lines:
+                x, y = _joined([feature["geometry"]["coordinates"] for feature in lines], middle)
+                series.append(Series("lanes", "road", x, y, where={"group": group}))
+            for zone in zones:
+                x, y = _joined(zone["geometry"]["coordinates"], middle)
+                title = f"zone {zone['properties']['id']}"
+                series.append(Series(title, "area", x, y, colour=5, where={"group": group}))
+        keys = ["profile", "attack", "what", "by"]
+        for (profile, attack, what, by), rows in places.groupby(keys, sort=False, observed=True, dropna=False):
+            where = {"group": group_name(name, profile), "attack": attack}
+            if what == ATTACK_BEGAN:
+                label, colour, mark = _STYLES[what]
+            elif by not in known[what]:
+                continue
+            elif what == DETECTED:
+                label, colour, mark = f"seen by {by}", 2, "triangle-up"
+                where["detector"] = by
+            else:
+                label, colour, mark = f"left its lane with {by}", 4, "x"
+                where["defence"] = by
+            thinned |= len(rows) > _MOST_POINTS
+            rows = rows.iloc[:: math.ceil(len(rows) / _MOST_POINTS)]
+            x, y = _metres(rows[["lon_deg", "lat_deg"]].to_numpy(), middle)
+            text = [
+                f"{vehicle}, {time:.1f} s" for vehicle, time in zip(rows["vehicle_id"], rows["time_s"], strict=True)
+            ]
+            series.append(Series(label, "points", x, y, colour=colour, where=where, text=text, mark=mark))
+    return Figure(
+        "map",
+        "Where it happened",
+        "east (m)",
+        "north (m)",
+        series,
+        "The run has no map and no attack of this kind.",
+        "Where attacks began, where the chosen detector saw them, and where vehicles would have left their lane with"
+        f" the chosen defence ({UNDEFENDED} is the undefended vehicle). Drag to move, scroll to zoom."
+        + (f" Of more than {_MOST_POINTS} points of a kind, some are left out; places.csv has all." if thinned else ""),
+        {"yaxis": {"scaleanchor": "x"}},
+        tall=True,
+    )
+
+
+def _middle(features: Sequence[dict[str, Any]], places: pd.DataFrame) -> np.ndarray:
+    lanes = [feature["geometry"]["coordinates"] for feature in features if feature["properties"]["kind"] == "lane"]
+    corners = np.concatenate(lanes) if lanes else places[["lon_deg", "lat_deg"]].to_numpy()
+    middle: np.ndarray = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
+    return middle
+
+
+def _metres(lon_lat_deg: np.ndarray, middle: np.ndarray) -> tuple[list[float], list[float]]:
+    away = (lon_lat_deg - middle) * _DEGREE_M
+    away[:, 0] *= math.cos(math.radians(middle[1]))
+    return np.round(away[:, 0], 1).tolist(), np.round(away[:, 1], 1).tolist()
+
+
+def _joined(lines: Sequence[Any], middle: np.ndarray) -> tuple[list[float], list[float]]:
+    """Return lines one after the other with gaps between them."""
+    x: list[float] = []
+    y: list[float] = []
+    for line in lines:
+        east, north = _metres(np.asarray(line, np.float64), middle)
+        x += [*east, math.nan]
+        y += [*north, math.nan]
+    return x, y

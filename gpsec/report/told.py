@@ -1,0 +1,86 @@
+"""The story of one vehicle for the terminal."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import pandas as pd
+from rich import box
+from rich.table import Table
+from rich.text import Text
+
+from gpsec.report.chosen import Story
+from gpsec.report.words import EMPTY, figure
+from gpsec.results import Results
+
+_LEVELS = "▁▂▃▄▅▆▇█"
+_WIDTH = 66
+
+
+def facts(run: Results, story: Story) -> list[tuple[str, dict[str, str]]]:
+    """Return what came of the attack under each defence: (defence, heading -> text)."""
+    made = []
+    for row in story.events.to_dict("records"):
+        outcome = row["outcome"].replace("_", " ")
+        if pd.notna(row["time_to_outcome_s"]):
+            outcome += f" after {row['time_to_outcome_s']:.1f} s"
+        seen = "not seen"
+        if row["detected"]:
+            seen = f"after {row['detection_delay_s']:.1f} s" + (", alarm stood" if row["in_alarm_at_start"] else "")
+        made.append(
+            (
+                str(row["defence"]),
+                {
+                    "seen": seen,
+                    "GNSS not used": figure(row["isolated_share"], percent=True),
+                    "largest error across (m)": figure(row["max_cross_track_m"]),
+                    "RMSE (m)": figure(row["rmse_xy_m"]),
+                    "would have": outcome,
+                },
+            )
+        )
+    return made
+
+
+def told(run: Results, story: Story, rows: pd.DataFrame) -> Iterator[Text | Table]:
+    """Yield the parts of a story: what happened, what came of it under each defence, and curves of it."""
+    attacked = story.attack != "none"
+    what = f"under {story.attack} from {story.start_s:.1f} to {story.end_s:.1f} s" if attacked else "without an attack"
+    yield Text(f"{story.vehicle_id} ({story.group}), {what}", style="bold")
+    found = facts(run, story)
+    if found:
+        table = Table(box=box.SIMPLE_HEAD, show_edge=False, padding=(0, 1, 0, 0))
+        for name in ("defence", *found[0][1]):
+            table.add_column(name, justify="left" if name == "defence" else "right", no_wrap=name == "defence")
+        for defence, cells in found:
+            table.add_row(defence, *cells.values())
+        yield table
+    time = rows["time_s"].to_numpy()
+    yield Text(f"\n{time[0]:.1f} to {time[-1]:.1f} s" + ("; ^ under attack" if attacked else ""), style="italic")
+    yield Text(f"{'residual':>22} {_curve(rows['residual_m'].abs().to_numpy())}")
+    columns = [str(column) for column in rows]
+    for name in [column for column in columns if column.endswith("_alarm")]:
+        alarms = rows[name].to_numpy(np.float64)
+        if alarms.any():
+            yield Text(f"{name.removesuffix('_alarm') + ' alarm':>22} {_flags(alarms)}")
+    for defence in [column.removesuffix("_isolated") for column in columns if column.endswith("_isolated")]:
+        away = rows[[f"{defence}_x_m", f"{defence}_y_m"]].to_numpy() - rows[["x_m", "y_m"]].to_numpy()
+        yield Text(f"{defence[-22:]:>22} {_curve(np.hypot(away[:, 0], away[:, 1]))}")
+    if attacked:
+        yield Text(f"{'':>22} {_flags(rows['attacked'].to_numpy(np.float64)).replace('█', '^')}")
+
+
+def _curve(values: np.ndarray) -> str:
+    """Return a line of blocks that are as high as values (0 at the bottom), and the largest one; gaps stay empty."""
+    known = np.isfinite(values)
+    if not known.any():
+        return EMPTY
+    top = float(np.max(values[known]))
+    parts = [part[np.isfinite(part)] for part in np.array_split(values, min(_WIDTH, len(values)))]
+    heights = [
+        -1 if not len(part) else round(float(part.max()) / max(top, 1e-9) * (len(_LEVELS) - 1)) for part in parts
+    ]
+    return "".join(" " if height < 0 else _LEVELS[height] for height in heights) + f" {top:.2f} m"
+
+
+def _flags(values: np.ndarray) -> str:
+    return "".join("█" if part.any() else "·" for part in np.array_split(values, min(_WIDTH, len(values))))

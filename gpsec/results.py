@@ -1,0 +1,186 @@
+"""Results of a run as pandas frames: ``run = gpsec.results.load("results/town")``, then ``run.events`` and so on."""
+
+import json
+import re
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from gpsec.errors import GpsecError
+from gpsec.outcomes.tables import MANIFEST, MAP, STEPS, TABLES, read_table
+
+# The longest first, since one ends in another.
+_UNITS = {"_per_vehicle_hour": "1/h", "_mps": "m/s", "_rad": "rad", "_deg": "°", "_m": "m", "_s": "s"}
+_WORDS = {"vehicle_hours": "h", "vehicle_seconds": "s", "scored_seconds": "s", "attack_seconds": "s"}
+_CATEGORIES = (
+    "scenario",
+    "vehicle_id",
+    "vehicle_type",
+    "profile",
+    "attack",
+    "defence",
+    "detector",
+    "response",
+    "outcome",
+    "what",
+    "by",
+)
+
+
+def unit(column: str) -> str:
+    """Return the unit of a column by its name, such as ``m/s``; empty for counts, shares, flags and names."""
+    name = re.sub(r"_(lo|hi)$", "", column)
+    if name in _WORDS:
+        return _WORDS[name]
+    return next((unit for ending, unit in _UNITS.items() if name.endswith(ending)), "")
+
+
+@dataclass(frozen=True)
+class Results:
+    """A finished run. Its tables are read when they are first asked for.
+
+    Names are categories, in the order of the run; flags are bool; an empty cell is NaN. `unit` tells the unit of a
+    column. Columns are described in ``results/README.md``.
+
+    Attributes:
+        folder: of the run.
+        scenarios: manifests of the scenarios in it.
+        unfinished: name -> reason of scenarios that were part of the run and are not in the tables.
+
+    """
+
+    folder: Path
+    scenarios: tuple[dict[str, Any], ...]
+    unfinished: dict[str, str] = field(default_factory=dict)
+
+    @cached_property
+    def detection(self) -> pd.DataFrame:
+        """Scenario × sensor profile × attack × detector."""
+        return self._table("detection")
+
+    @cached_property
+    def localization(self) -> pd.DataFrame:
+        """Scenario × sensor profile × attack × defence."""
+        return self._table("localization")
+
+    @cached_property
+    def safety(self) -> pd.DataFrame:
+        """Scenario × sensor profile × attack × defence."""
+        return self._table("safety")
+
+    @cached_property
+    def events(self) -> pd.DataFrame:
+        """Attacked vehicle × attack × defence."""
+        return self._table("events")
+
+    @cached_property
+    def vehicles(self) -> pd.DataFrame:
+        """Vehicle × attack × defence."""
+        return self._table("vehicles")
+
+    @cached_property
+    def curves(self) -> pd.DataFrame:
+        """Points of ROC and precision-recall."""
+        return self._table("curves")
+
+    @cached_property
+    def error_bands(self) -> pd.DataFrame:
+        """Scenario × sensor profile × attack × defence × second of the attack."""
+        return self._table("error_bands")
+
+    @cached_property
+    def places(self) -> pd.DataFrame:
+        """Where attacks began, were seen, and vehicles left their lane."""
+        return self._table("places")
+
+    def manifest(self, scenario: str) -> dict[str, Any]:
+        """Return the manifest of one scenario.
+
+        Raises:
+            GpsecError: the run has none of that name.
+        """
+        for stated in self.scenarios:
+            if stated["scenario"] == scenario:
+                return stated
+        names = ", ".join(stated["scenario"] for stated in self.scenarios)
+        raise GpsecError(f"{self.folder}: no scenario '{scenario}' in this run (there are: {names})")
+
+    def file_of(self, scenario: str, name: str) -> Path:
+        """Return the path of a file that every scenario has one of (`STEPS`, `MAP`); it need not be there."""
+        file = Path(name)
+        alone = len(self.scenarios) == 1
+        return self.folder / (name if alone else f"{file.stem}-{scenario}{file.suffix}")
+
+    def steps(self, scenario: str, vehicles: list[str] | None = None) -> pd.DataFrame | None:
+        """Return the logged steps of a scenario, of all or some of its vehicles; None where they were not logged."""
+        path = self.file_of(scenario, STEPS)
+        if not path.is_file():
+            return None
+        filters = None if vehicles is None else [("vehicle_id", "in", vehicles)]
+        try:
+            return pd.read_parquet(path, filters=filters)
+        except (OSError, ValueError) as error:
+            raise GpsecError(f"{path}: expected the steps of a run, found another file ({error})") from None
+
+    def map(self, scenario: str) -> list[dict[str, Any]]:
+        """Return the GeoJSON features of a scenario's map: lanes and zones; none where the run has no map."""
+        path = self.file_of(scenario, MAP)
+        if not path.is_file():
+            return []
+        try:
+            features: list[dict[str, Any]] = json.loads(path.read_text("utf-8"))["features"]
+        except (OSError, ValueError, KeyError, TypeError):
+            raise GpsecError(f"{path}: expected a GeoJSON collection of lanes, found another file") from None
+        return features
+
+    def _table(self, name: str) -> pd.DataFrame:
+        path = self.folder / f"{name}.csv"
+        try:
+            frame = read_table(self.folder, name)
+        except OSError as error:
+            raise GpsecError(
+                f"{path}: expected a table of a finished run, found none ({error.strerror}); a run of an older version"
+                " lacks some, run it again"
+            ) from None
+        except ValueError as error:
+            said = str(error).partition("\n")[0]
+            raise GpsecError(f"{path}: expected a table of a finished run, found other data ({said})") from None
+        if "scenario" not in frame:
+            raise GpsecError(f"{path}: expected a table of a finished run, found no column 'scenario'")
+        for column in frame.columns.intersection(pd.Index(_CATEGORIES)):
+            frame[column] = pd.Categorical(frame[column], frame[column].dropna().unique())
+        return frame
+
+
+def load(folder: Path | str) -> Results:
+    """Return the results in a folder that `gpsec run` has written, wherever it has been moved.
+
+    Raises:
+        GpsecError: it is no such folder.
+
+    """
+    place = Path(folder)
+    file = place / MANIFEST
+    if not place.is_dir():
+        raise GpsecError(f"{place}: expected the folder of a run, found {'a file' if place.exists() else 'nothing'}")
+    if not file.is_file():
+        raise GpsecError(f"{place}: expected the folder of a run, found no {MANIFEST} in it")
+    try:
+        stated = json.loads(file.read_text("utf-8"))
+        scenarios = tuple(stated.get("scenarios", [stated]))
+        named = all(isinstance(scenario["scenario"], str) for scenario in scenarios)
+        unfinished = {entry["scenario"]: entry["reason"] for entry in stated.get("unfinished", [])}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        named = False
+    if not named:
+        raise GpsecError(f"{file}: expected the manifest of a run, found other data")
+    missing = [name for name in TABLES if not (place / f"{name}.csv").is_file()]
+    if missing:
+        raise GpsecError(
+            f"{place}: expected the tables of a run, found no {missing[0]}.csv; a run of an older version lacks some,"
+            " run it again"
+        )
+    return Results(place, scenarios, unfinished)
