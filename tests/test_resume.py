@@ -44,6 +44,7 @@ if __name__ == "__main__":
     real = launch.run_scenarios
     launch.run_scenarios = lambda *args: real(*args[:4], run)
     launch._show = lambda folder: None
+    launch._report = lambda folder, messages: None
     sys.exit(cli.main(["run", *NAMES, "--out", "all", *sys.argv[1:]]))
 """
 
