@@ -25,12 +25,12 @@ def made(here: Path) -> Path:
 def test_replacing_a_run_keeps_what_no_run_wrote(here: Path) -> None:
     out = here / "out"
     out.mkdir()
-    for name in ("manifest.json", "steps.parquet", "mine.csv", "notes.json", "report.html"):
+    for name in ("manifest.json", "steps.parquet", "mine.csv", "notes.json", "page.html"):
         (out / name).write_text("old")
     publish(made(here), out, here / "work" / "former", overwrite=True)
     assert {path.name: path.read_text() for path in out.iterdir()} == {
         **dict.fromkeys(("manifest.json", "events.csv"), "new"),
-        **dict.fromkeys(("mine.csv", "notes.json", "report.html"), "old"),
+        **dict.fromkeys(("mine.csv", "notes.json", "page.html"), "old"),
     }
 
 
