@@ -288,6 +288,34 @@ def list_(
 
 
 @app.command()
+def new(
+    name: Annotated[Path, typer.Argument(metavar="NAME", help="The folder to make; its last part names the scenario.")],
+    net: Annotated[Path, typer.Option("--net", metavar="NET", help="Any net of SUMO; the folder refers to it.")],
+    duration: Annotated[
+        float, typer.Option(min=1.0, max=1e6, metavar="S", help="For how long vehicles depart.")
+    ] = 300.0,
+    period: Annotated[
+        float | None,
+        typer.Option(
+            min=0.01, max=1e6, metavar="S", help="Mean time between two departures. [default: to suit the net]"
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, max=2**31 - 1, metavar="N", help="Of the random demand.")] = 1,
+) -> None:
+    """Make a scenario folder for a net: random demand, an example attack zone, and a commented gpsec.toml.
+
+    \b
+    Examples:
+      gpsec new mytown --net town.net.xml
+      netedit mytown/mytown.netecfg     (draw zones)
+      gpsec run mytown
+    """  # noqa: D301
+    from gpsec.console.newscenario import new_scenario
+
+    new_scenario(name, net, period, duration, seed)
+
+
+@app.command()
 def schema() -> None:
     """Print the JSON Schema of gpsec.toml, with which an editor completes and checks it.
 

@@ -1,0 +1,109 @@
+"""`gpsec new`: a scenario folder for a net, which opens in netedit and runs at once."""
+
+import json
+import os
+import tempfile
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from xml.etree import ElementTree
+
+from rich.console import Console
+
+from gpsec.console.status import status
+from gpsec.demand.make import make_demand
+from gpsec.errors import GpsecError
+from gpsec.hdmap.net import read_net
+from gpsec.scenario.model import MAX_NAME, NAME
+from gpsec.scenario.paths import TOML_NAME, UNUSABLE, reason
+from gpsec.scenario.schema import SCHEMA_FILE, json_schema
+from gpsec.scenario.template import busiest_lane, example_zone, netedit_config, sumo_config, toml
+
+
+def new_scenario(folder: Path, net_file: Path, period_s: float | None, duration_s: float, seed: int) -> None:
+    """Make the folder and print what to do with it.
+
+    Args:
+        folder: that is made; its last part is the scenario's name.
+        net_file: any net of SUMO; the folder refers to it.
+        period_s: mean time between two departures, None for one that suits the size of the net.
+        duration_s: for how long vehicles depart, and of a run.
+        seed: of the demand.
+
+    Raises:
+        GpsecError: the folder exists or cannot be made, or the net cannot be used; nothing is left behind then.
+    """
+    _check(folder, net_file)
+    try:
+        with tempfile.TemporaryDirectory(prefix=f".{folder.name}.partial-", dir=folder.parent) as work:
+            made = Path(work) / "made"
+            with status(Console(stderr=True), f"{folder}: ") as tell:
+                said = _fill(made, folder, net_file, period_s, duration_s, seed, tell)
+            made.chmod(0o755)
+            made.rename(folder)
+    except OSError as error:
+        raise GpsecError(f"{folder}: cannot be made: {error.strerror or error}") from None
+    print(f"{folder}: {said}, and an example zone")
+    print(f"  edit: netedit {folder / folder.name}.netecfg")
+    print(f"  run:  gpsec run {folder}")
+
+
+def _check(folder: Path, net_file: Path) -> None:
+    try:
+        there, beside, net = folder.exists() or folder.is_symlink(), folder.parent.is_dir(), net_file.is_file()
+    except UNUSABLE as error:
+        raise GpsecError(f"{str(folder)[:100]}: cannot be used as a path: {reason(error)}") from None
+    if not NAME.fullmatch(folder.name) or len(folder.name) > MAX_NAME:
+        raise GpsecError(
+            f"NAME: expected letters, digits, '.', '_' and '-' only, at most {MAX_NAME}, found '{folder.name[:120]}'"
+        )
+    if there:
+        raise GpsecError(f"{folder}: expected a new folder, found one that exists; choose another NAME")
+    if not beside:
+        raise GpsecError(f"{folder}: cannot be made, there is no folder {folder.parent}")
+    if not net:
+        raise GpsecError(f"--net {net_file}: expected a net of SUMO, found no such file")
+
+
+def _fill(
+    made: Path,
+    folder: Path,
+    net_file: Path,
+    period_s: float | None,
+    duration_s: float,
+    seed: int,
+    tell: Callable[[str], None],
+) -> str:
+    name = folder.name
+    demand = make_demand(
+        net_file, made, period_s=period_s, duration_s=duration_s, seed=seed, overwrite=False, tell=tell
+    )
+    demand.sumocfg.unlink()  # ours names the additional file too
+    [routes] = made.glob("*.rou.xml")
+    [types] = made.glob("*.add.xml")
+    routes = routes.rename(made / f"{name}.rou.xml")
+    net = Path(os.path.relpath(net_file.resolve(), folder.resolve())).as_posix()
+    additional, demands = (types.name, f"{name}.add.xml"), (routes.name,)
+    lanes = [lane for lane in read_net(net_file).lanes if not lane.internal]
+    edge_of = {lane.lane_id: lane.lane_id.rpartition("_")[0] for lane in lanes}
+    zone = example_zone(busiest_lane(lanes, edge_of, _vehicles_on(routes)))
+    texts = {
+        f"{name}.add.xml": zone,
+        f"{name}.netecfg": netedit_config(net, additional, demands),
+        f"{name}.sumocfg": sumo_config(net, additional, demands, duration_s),
+        TOML_NAME: toml(name, f"{name}.sumocfg", net, duration_s, SCHEMA_FILE),
+        SCHEMA_FILE: json.dumps(json_schema(), indent=2, ensure_ascii=False) + "\n",
+    }
+    for file, text in texts.items():
+        (made / file).write_text(text, encoding="utf-8")
+    return f"{demand.vehicles} vehicles" if demand.vehicles else f"{demand.flows} flows"
+
+
+def _vehicles_on(routes: Path) -> Counter[str]:
+    """Return how many routes of the file lead over each edge."""
+    edges: Counter[str] = Counter()
+    for _, element in ElementTree.iterparse(routes):
+        edges.update(set(element.get("edges", "").split()))
+        edges.update({element.get(end, "") for end in ("from", "to")} - {""})
+        element.clear()
+    return edges
