@@ -22,18 +22,20 @@ class Chain:
     Attributes:
         lanes: inside the junction, in driving order; most often there is one.
         before, behind: outside, None where nothing leads to or on from them.
+        link: the connection that they carry out.
     """
 
     lanes: tuple[int, ...]
     before: int | None
     behind: int | None
+    link: Element
 
 
 def chains(root: Element, lanes: list[NetLane]) -> Iterator[Chain]:
     """Yield the paths through the junctions of a net."""
     number = {lane.lane_id: index for index, lane in enumerate(lanes) if len(lane.points_m) > 1}
     after: dict[int, int] = {}
-    firsts: dict[int, int] = {}
+    firsts: dict[int, tuple[int, Element]] = {}
     for link in root.iterfind("connection"):
         source = number.get(f"{link.get('from')}_{link.get('fromLane')}")
         target = number.get(link.get("via") or f"{link.get('to')}_{link.get('toLane')}")
@@ -42,13 +44,13 @@ def chains(root: Element, lanes: list[NetLane]) -> Iterator[Chain]:
         if lanes[source].internal:
             after[source] = target
         elif lanes[target].internal:
-            firsts[target] = source
-    for first, before in firsts.items():
+            firsts[target] = source, link
+    for first, (before, link) in firsts.items():
         chain, lane = [first], after.get(first)
         while lane is not None and lanes[lane].internal and lane not in chain:
             chain.append(lane)
             lane = after.get(lane)
-        yield Chain(tuple(chain), before, lane if lane is not None and not lanes[lane].internal else None)
+        yield Chain(tuple(chain), before, lane if lane is not None and not lanes[lane].internal else None, link)
 
 
 def along_way(

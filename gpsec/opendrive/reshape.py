@@ -42,13 +42,18 @@ def reshape(root: Element, lines: list[CentreLine]) -> Reshaped:
         if not lane.internal and (shape := ways.beside(lane.original, lane.points_m)) is not None:
             new[index] = shape
     own = outer = len(new)
-    for chain in chains(root, lanes):
+    joined = list(chains(root, lanes))
+    for chain in joined:
         start, end = _end(new, lanes, chain.before, -1), _end(new, lanes, chain.behind, 0)
         shapes = along_way(chain, lanes, start, end, ways)
         own += len(chain.lanes) if shapes else 0
         new |= shapes or blended(chain, lanes, start, end)
     for index, shape in new.items():
         _write(lanes[index], shape)
+    for chain in joined:
+        # From this netedit and netconvert draw the lanes inside the junction when they write the net anew.
+        corners = [corner for lane in chain.lanes for corner in lanes[lane].element.get("shape", "").split()]
+        chain.link.set("shape", " ".join(dict.fromkeys(corners)))
     outside = sum(not lane.internal for lane in lanes)
     return Reshaped(own, outside - outer)
 

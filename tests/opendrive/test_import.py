@@ -43,21 +43,31 @@ def test_shipped_map_end_to_end(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    assert cli.main(["import", str(ROOT / "sumo_nets" / "town" / "town.xodr")]) == 0
+    assert cli.main(["import", str(ROOT / "sumo_nets" / "sharp_turns" / "sharp_turns.xodr")]) == 0
     said = capsys.readouterr().out
-    assert said.startswith("town.net.xml: ")
+    assert said.startswith("sharp_turns.net.xml: ")
     assert "unmatched" in said
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["town.check.csv", "town.check.png", "town.net.xml"]
-    with (tmp_path / "town.check.csv").open(newline="") as stream:
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "sharp_turns.check.csv",
+        "sharp_turns.check.png",
+        "sharp_turns.net.xml",
+    ]
+    with (tmp_path / "sharp_turns.check.csv").open(newline="") as stream:
         rows = list(csv.DictReader(stream))
     assert tuple(rows[0]) == COLUMNS
     assert max(float(row["p95_m"]) for row in rows if row["p95_m"]) < 0.05
     assert sum(float(row["unmatched_share"]) * int(row["points"]) for row in rows) < 10.0
-    assert (tmp_path / "town.check.png").read_bytes().startswith(b"\x89PNG")
-    assert "/" not in ElementTree.parse(tmp_path / "town.net.xml").getroot().get("map", "")
+    assert (tmp_path / "sharp_turns.check.png").read_bytes().startswith(b"\x89PNG")
+    written = (tmp_path / "sharp_turns.net.xml").read_text()
+    assert str(ROOT) not in written
+    assert str(tmp_path) not in written
+    links = [link for link in ElementTree.fromstring(written).iterfind("connection") if link.get("via")]
+    assert all(link.get("shape") for link in links if not link.get("from", "").startswith(":"))
     # The roads are those that sumo_nets makes of the same map, with a lane for each of theirs.
-    ours = {lane.lane_id for lane in read_net(tmp_path / "town.net.xml").lanes if not lane.internal}
-    theirs = {lane.lane_id for lane in read_net(ROOT / "sumo_nets/town/town.net.xml").lanes if not lane.internal}
+    ours = {lane.lane_id for lane in read_net(tmp_path / "sharp_turns.net.xml").lanes if not lane.internal}
+    theirs = {
+        lane.lane_id for lane in read_net(ROOT / "sumo_nets/sharp_turns/sharp_turns.net.xml").lanes if not lane.internal
+    }
     assert ours == theirs
 
 
@@ -123,6 +133,11 @@ def test_what_is_narrower_than_any_vehicle_is_not_compared(imported: Import) -> 
     done = imported(road(section("", lane(-1, closing))))
     assert done.check.narrow_share == pytest.approx(0.4, abs=0.01)
     assert done.check.overall.unmatched_share == pytest.approx(0.0, abs=0.01)
+
+
+def test_columns_are_described() -> None:
+    described = (ROOT / "docs" / "opendrive.md").read_text()
+    assert [column for column in COLUMNS if f"`{column}`" not in described] == []
 
 
 def test_same_map_gives_the_same_bytes(tmp_path: Path) -> None:
