@@ -11,6 +11,7 @@ from gpsec.errors import GpsecError
 from gpsec.opendrive.check import CHECK_SPACING_M, Check, Figures, check_lanes
 from gpsec.opendrive.georeference import set_georeference
 from gpsec.opendrive.lanes import IMPORTED, centre_lines
+from gpsec.opendrive.lefthand import keeps_left, mirror_map, mirror_net
 from gpsec.opendrive.mend import describe_net, mend_net
 from gpsec.opendrive.netconvert import Converted, convert
 from gpsec.opendrive.netfile import net_lanes
@@ -18,7 +19,7 @@ from gpsec.opendrive.read import parse, roads
 from gpsec.opendrive.report import draw, write_csv
 from gpsec.opendrive.reshape import SPACING_M, reshape
 from gpsec.opendrive.road import Road
-from gpsec.opendrive.source import NO_LIMIT_MPS, keeps_left, spell_out_speeds, swap_sides
+from gpsec.opendrive.source import NO_LIMIT_MPS, spell_out_speeds
 from gpsec.opendrive.tidy import give_extent, thin_out
 
 NET_SUFFIX = ".net.xml"
@@ -99,8 +100,8 @@ def import_map(
     mended = _prepare(root, map_roads, origin_deg)
     left_hand = keeps_left(map_roads)
     if left_hand:
-        swap_sides(root)
-        mended.append("traffic keeps left: netconvert was told so, with lanes of the left and the right changed over")
+        mirror_map(root)
+        mended.append("traffic keeps left, which netconvert does not read: it saw the map in a mirror")
     try:
         with tempfile.TemporaryDirectory(prefix=".gpsec-import-", dir=out.parent) as name:
             work = Path(name)
@@ -149,21 +150,13 @@ def _net(root: Element, work: Path, map_file: Path, left_hand: bool) -> tuple[Co
     """
     source, target = work / "map.xodr", work / f"raw{NET_SUFFIX}"
     ElementTree.ElementTree(root).write(source, encoding="utf-8", xml_declaration=True)
-    said = convert(source, target, map_file, left_hand)
+    said = convert(source, target, map_file)
     net = ElementTree.fromstring(thin_out(give_extent(target.read_text(encoding="utf-8"))).encode())
     if left_hand:
-        _turn_names_round(net)
+        mirror_net(net)
     if not any(not lane.internal for lane in net_lanes(net)):
         raise GpsecError(f"{map_file}: netconvert makes a net of it that has no lane for cars")
     return said, net
-
-
-def _turn_names_round(net: Element) -> None:
-    """Give lanes the numbers of the map again, after `swap_sides`."""
-    for item in net.iterfind("edge/lane/param"):
-        if item.get("key") == "origId":
-            road, _, lane = item.get("value", "").rpartition("_")
-            item.set("value", f"{road}_{-int(lane)}")
 
 
 def _notes(said: Converted, map_roads: list[Road], left_hand: bool, left_alone: int) -> list[str]:

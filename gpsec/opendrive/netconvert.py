@@ -35,7 +35,7 @@ class Converted:
     ignored: tuple[str, ...]
 
 
-def convert(source: Path, target: Path, map_file: Path, left_hand: bool) -> Converted:
+def convert(source: Path, target: Path, map_file: Path) -> Converted:
     """Make the net `target` of the OpenDRIVE file `source`.
 
     A map that netconvert refuses is tried once more with its errors ignored.
@@ -49,7 +49,6 @@ def convert(source: Path, target: Path, map_file: Path, left_hand: bool) -> Conv
         f"--opendrive.curve-resolution={CURVE_RESOLUTION_M:g}",
         *OPTIONS,
         _ORIGINAL_NAMES,
-        *(["--lefthand"] if left_hand else []),
     ]
     first = run_program("netconvert", arguments, source.parent)
     if first.returncode == 0 and target.is_file():

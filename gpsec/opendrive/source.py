@@ -4,7 +4,6 @@ This happens on a copy; the user's map is not touched. Every change is said.
 """
 
 from dataclasses import dataclass
-from math import isfinite
 from xml.etree.ElementTree import Element, SubElement
 
 from gpsec.opendrive.road import Lane, LaneSection, Road
@@ -79,33 +78,3 @@ def _of_road(road: Road, section: LaneSection) -> list[tuple[float, float | None
 
 def _station(record: tuple[float, float | None]) -> float:
     return record[0]
-
-
-def keeps_left(roads: list[Road]) -> bool:
-    """Return whether traffic keeps left on the greater part of the map."""
-    return sum(road.length_m if road.left_hand else -road.length_m for road in roads) > 0.0
-
-
-def swap_sides(root: Element) -> None:
-    """Change left and right lanes over.
-
-    netconvert takes right lanes for those that lead along the road, and puts them on the left when it is told that
-    traffic keeps left. With their sides changed over, they are the lanes that are there. Shapes are then mended from
-    the map itself.
-    """
-    for section in root.iterfind("road/lanes/laneSection"):
-        for side in section:
-            side.tag = {"left": "right", "right": "left"}.get(side.tag, side.tag)
-        for lane in section.iter("lane"):
-            _negate(lane, "id")
-            for link in (*lane.iterfind("link/predecessor"), *lane.iterfind("link/successor")):
-                _negate(link, "id")
-    for link in root.iterfind("junction/connection/laneLink"):
-        _negate(link, "from")
-        _negate(link, "to")
-
-
-def _negate(element: Element, key: str) -> None:
-    written = float(element.get(key, "0"))
-    if isfinite(written):
-        element.set(key, str(-int(written)))

@@ -8,7 +8,7 @@ import pytest
 from gpsec.opendrive import georeference
 from gpsec.opendrive.georeference import set_georeference
 from gpsec.opendrive.read import parse, roads
-from gpsec.opendrive.source import Speeds, keeps_left, spell_out_speeds, swap_sides
+from gpsec.opendrive.source import Speeds, spell_out_speeds
 
 from .maps import TMERC, TWO_WAY, document, lane, road, section, write
 
@@ -110,22 +110,3 @@ def test_offset_that_leads_out_of_the_zone_is_turned_round(tmp_path: Path, x: fl
     assert offset is not None
     assert (float(offset.get("x", "0")), float(offset.get("y", "0"))) == (500000.0, 5000000.0)
     assert bool(said) == turned
-
-
-def test_side_of_traffic_is_that_of_most_roads(tmp_path: Path) -> None:
-    long, short = road(TWO_WAY, rule="LHT"), road(TWO_WAY, length=20.0, number="2")
-    path = write(tmp_path, document(long, short))
-    assert keeps_left(roads(parse(path), path))
-    path = write(tmp_path, document(road(TWO_WAY)))
-    assert not keeps_left(roads(parse(path), path))
-
-
-def test_sides_are_changed_over(tmp_path: Path) -> None:
-    inside = '<link><predecessor id="-2"/><successor id="-1"/></link>'
-    root = parse(write(tmp_path, document(road(section(lane(1, 3.0), lane(-1, 4.0, inside=inside))))))
-    swap_sides(root)
-    assert [item.get("id") for item in root.iterfind("road/lanes/laneSection/left/lane")] == ["1"]
-    moved = root.find("road/lanes/laneSection/left/lane")
-    assert moved is not None
-    assert [item.get("id") for item in moved.iterfind("link/*")] == ["2", "1"]
-    assert [item.get("id") for item in root.iterfind("road/lanes/laneSection/right/lane")] == ["-1"]
