@@ -145,8 +145,12 @@ def run(
 @app.command("report")
 def report_(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="The folder of a run.")],
+    other: Annotated[
+        Path | None, typer.Argument(metavar="[OTHER]", help="Another run: compare both, vehicle by vehicle.")
+    ] = None,
     out: Annotated[
-        Path | None, typer.Option("--out", metavar="FILE", help="Where the page goes. [default: RUN/report.html]")
+        Path | None,
+        typer.Option("--out", metavar="FILE", help="The page. [default: RUN/report.html, OTHER/comparison.html]"),
     ] = None,
     traces: Annotated[
         bool, typer.Option("--traces/--no-traces", help="Simulate the vehicles that it shows again, if not logged.")
@@ -156,16 +160,20 @@ def report_(
         typer.Option("--geojson", help="Also write RUN/places.geojson, for QGIS: the map and what happened where."),
     ] = False,
 ) -> None:
-    """Write the report of a run: one HTML file that opens offline.
+    """Write the report of a run, or the comparison of two: one HTML file that opens offline.
 
     \b
     Examples:
       gpsec report results/town
       gpsec report results/town --no-traces --geojson
+      gpsec report results/before results/after
     """  # noqa: D301
-    from gpsec.console.reporting import report
+    from gpsec.console.reporting import compare, report
 
-    report(run, out, traces=traces, geojson=geojson)
+    if other is None:
+        report(run, out, traces=traces, geojson=geojson)
+    else:
+        compare(run, other, out)
 
 
 @app.command()

@@ -9,6 +9,7 @@ from rich.console import Console
 from gpsec.console.bars import display
 from gpsec.errors import GpsecError
 from gpsec.report.again import simulate
+from gpsec.report.both import write_comparison
 from gpsec.report.chosen import choose, story_of
 from gpsec.report.geography import write_places
 from gpsec.report.make import Steps, logged_steps, write_report, write_trace
@@ -41,6 +42,18 @@ def report(folder: Path, out: Path | None, *, traces: bool, geojson: bool) -> No
         raise GpsecError(f"{out or folder}: no report can be written there: {error.strerror}") from None
     for path in written:
         print(path)
+
+
+def compare(first: Path, second: Path, out: Path | None) -> None:
+    """Write the page that compares two runs.
+
+    Raises:
+        GpsecError: one is no run, they have no vehicle in common, or nothing can be written there.
+    """
+    try:
+        print(write_comparison(load(first), load(second), out))
+    except OSError as error:
+        raise GpsecError(f"{out or second}: no page can be written there: {error.strerror}") from None
 
 
 def tell(folder: Path, vehicle_id: str, scenario: str | None, attack: str | None, out: Path | None) -> None:

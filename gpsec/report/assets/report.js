@@ -53,7 +53,8 @@
   function traces(series, group) {
     const paint = colour(series.colour);
     const name = safe(series.name);
-    const common = { x: series.x, y: series.y, name, legendgroup: name + group };
+    const plain = (values) => values.map((value) => (typeof value === "string" ? safe(value) : value));
+    const common = { x: plain(series.x), y: plain(series.y), name, legendgroup: name + group };
     const text = series.text && series.text.map(safe);
     const line = { color: paint, width: 2, dash: dash(series.colour) };
     switch (series.kind) {
@@ -65,11 +66,11 @@
       case "step":
         return [{ ...common, mode: "lines", line: { ...line, shape: "hv" } }];
       case "points":
-        return [{ ...common, mode: "markers", text, hovertemplate: text ? "%{text}" : "%{x:.4g}, %{y:.4g}",
+        return [{ ...common, mode: "markers", text, hovertemplate: text ? "%{text}" : typeof series.y[0] === "string" ? "%{x:.4g}" : "%{x:.4g}, %{y:.4g}",
           marker: { color: paint, size: series.mark === "x-thin-open" ? 5 : 9, symbol: series.mark || "circle", line: { color: paint, width: 1.5 } },
           error_x: errors(series.x, series.xLow, series.xHigh), error_y: errors(series.y, series.low, series.high) }];
       case "bars":
-        return [{ ...common, x: series.x.map(safe), type: "bar", marker: { color: paint }, text, textposition: "none",
+        return [{ ...common, type: "bar", marker: { color: paint }, text, textposition: "none",
           hovertemplate: "%{text} (%{y:.1%})", error_y: { ...errors(series.y, series.low, series.high), color: css("--soft") } }];
       case "road":
         return [{ ...common, mode: "lines", line: { color: css("--soft"), width: 1 }, opacity: 0.55, hoverinfo: "skip", connectgaps: false }];

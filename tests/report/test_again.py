@@ -1,0 +1,98 @@
+"""Vehicles that are simulated again do what they did."""
+
+import pandas as pd
+import pytest
+
+from gpsec import cli
+from gpsec.errors import GpsecError
+from gpsec.pipeline.run import run_scenario
+from gpsec.report.again import simulate
+from gpsec.report.chosen import choose, story_of
+from gpsec.results import load
+from gpsec.scenario import load_scenario
+from gpsec.scenario.overrides import parse_set
+
+from .conftest import EVIL
+
+CHANGES = (
+    "duration_s=40",
+    "fleet.settle_s=4",
+    "fleet.equipped_share=0.5",
+    "outcomes.bootstrap=20",
+    'plans=[{attack="constant_bias", share=0.7, start_after_s=[0.0, 4.0], duration_s=[4.0, 8.0]}]',
+    'detection.detectors=["chi_square", "cusum"]',
+    'defences=[{detector="cusum", response="ukf"}]',
+)
+
+
+@pytest.fixture(scope="module")
+def logged(repository, tmp_path_factory):
+    """A run that has logged all steps."""
+    folder = tmp_path_factory.mktemp("logged")
+    scenario = load_scenario(
+        repository / "scenarios" / "slow_curve", [parse_set(change) for change in (*CHANGES, "log_steps=true")]
+    )
+    run_scenario(scenario, folder, lambda progress: None)
+    return load(folder)
+
+
+def test_chosen_vehicles_alone_are_the_same_to_the_last_bit(logged):
+    vehicles = sorted({story.vehicle_id for story in choose(logged)})
+    found = simulate(logged, {"slow_curve": vehicles}, lambda progress: None)["slow_curve"]
+    expected = logged.steps("slow_curve", vehicles)
+    assert set(expected["plan"]) == {"none", "constant_bias"}
+    keys = ["vehicle_id", "plan", "time_s"]
+    a, b = (steps.sort_values(keys, ignore_index=True) for steps in (found, expected))
+    last = a["time_s"].max()  # it ends once these vehicles have left
+    pd.testing.assert_frame_equal(a, b[b["time_s"] <= last].reset_index(drop=True), check_exact=True)
+
+
+def test_another_code_or_traffic_is_noticed(logged, monkeypatch):
+    monkeypatch.setattr(type(logged), "events", property(lambda run: run._table("events").assign(start_s=1.0)))
+    vehicle = logged.vehicles["vehicle_id"].iloc[0]
+    with pytest.raises(GpsecError, match="do not do what they did in this run"):
+        simulate(logged, {"slow_curve": [vehicle]}, lambda progress: None)
+
+
+def test_traffic_that_is_gone_is_said(run):
+    with pytest.raises(GpsecError, match=r"lane' (cannot be run by this version|is not there)"):
+        simulate(run, {"lane": ["b"]}, lambda progress: None)
+
+
+def test_a_story_on_the_terminal(run_folder, capsys: pytest.CaptureFixture[str]):
+    assert cli.main(["trace", str(run_folder), EVIL]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "under bias from 2.1 to 6.1 s" in said
+    assert "after 0.5 s" in said
+    assert "off road after 0.5 s" in said or "out of lane after 0.5 s" in said
+    pages = [path.name for path in run_folder.glob("trace-*.html")]
+    assert pages == ["trace-_script_img_src_x_onerror_document.title_broken_amp_.html"]
+    assert "<img" not in (run_folder / pages[0]).read_text("utf-8")
+
+
+def test_stories_are_asked_for_by_name(run):
+    assert story_of(run, "b").attack == "bias"
+    assert story_of(run, "b", attack="none").start_s == pytest.approx(0.0)
+    for ask, said in (
+        (lambda: story_of(run, "bb"), "no vehicle 'bb' in this run; did you mean 'b'?"),
+        (lambda: story_of(run, "b", attack="jam"), "vehicle 'b' was not under 'jam'"),
+        (lambda: story_of(run, "b", scenario="town"), "no scenario 'town'"),
+    ):
+        with pytest.raises(GpsecError) as caught:
+            ask()
+        assert said in str(caught.value)
+
+
+def test_the_chosen_are_the_worst_the_median_and_the_first_missed(run):
+    stories = {story.why: story for story in choose(run)}
+    # CUSUM+UKF: nobody is off by more than 0.05 m but for the order of their names; the bias alone is seen.
+    assert list(stories) == ["worst", "median", "first missed"]
+    assert stories["first missed"].attack != "bias"
+    assert not stories["first missed"].events.query("defence == 'cusum+ukf'")["detected"].any()
+
+
+def test_a_report_from_the_command_line(run_folder, tmp_path, capsys: pytest.CaptureFixture[str]):
+    assert cli.main(["report", str(run_folder), "--out", str(tmp_path / "page.html"), "--geojson"]) == 0
+    assert capsys.readouterr().out.splitlines() == [str(tmp_path / "page.html"), str(run_folder / "places.geojson")]
+    assert cli.main(["report", str(tmp_path)]) == 2
+    assert "found no manifest.json in it" in capsys.readouterr().err
