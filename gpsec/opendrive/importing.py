@@ -111,7 +111,7 @@ def import_map(
             tell("giving lanes their shapes")
             reshaped = reshape(net, list(centre_lines(map_roads, SPACING_M, IMPORTED)))
             mended += mend_net(net)
-            mended.append(f"{reshaped.lanes} lanes have the map's own centre line instead of netconvert's")
+            mended.append(f"lanes with the map's own centre line instead of netconvert's: {reshaped.lanes}")
             tell("checking")
             lanes = net_lanes(net)
             check = check_lanes(lines, lanes, alarm_m)
@@ -133,11 +133,11 @@ def _prepare(root: Element, map_roads: list[Road], origin_deg: tuple[float, floa
     """Mend the map before netconvert sees it; return what was done."""
     speeds = spell_out_speeds(root, map_roads)
     said = [
-        (speeds.from_road, "lanes got the speed limit of their road, which netconvert does not read"),
-        (speeds.not_positive, "lanes had a speed limit of 0 or less, which was left out"),
-        (speeds.unlimited, f"lanes have no speed limit, and got {NO_LIMIT_MPS * 3.6:.0f} km/h"),
+        (speeds.from_road, "limits of roads, which netconvert does not read, given to lanes"),
+        (speeds.not_positive, "limits of 0 or less, left out"),
+        (speeds.unlimited, f"limits that say there is none, taken for {NO_LIMIT_MPS * 3.6:.0f} km/h"),
     ]
-    mended = [f"{count} {what}" for count, what in said if count]
+    mended = [f"speed {what}: {count}" for count, what in said if count]
     reference = set_georeference(root, origin_deg)
     return [*mended, *([reference] if reference else [])]
 
@@ -162,11 +162,13 @@ def _net(root: Element, work: Path, map_file: Path, left_hand: bool) -> tuple[Co
 def _notes(said: Converted, map_roads: list[Road], left_hand: bool, left_alone: int) -> list[str]:
     notes = []
     if said.ignored:
-        notes.append(f"netconvert had to ignore {len(said.ignored)} error(s): {'; '.join(said.ignored[:2])}")
+        notes.append(
+            f"errors that netconvert had to ignore: {len(said.ignored)}, such as: {'; '.join(said.ignored[:2])}"
+        )
     if said.warnings:
-        notes.append(f"netconvert gave {len(said.warnings)} warnings, such as: {said.warnings[0]}")
+        notes.append(f"warnings of netconvert: {len(said.warnings)}, such as: {said.warnings[0]}")
     if others := sum(road.left_hand != left_hand for road in map_roads):
-        notes.append(f"{others} roads keep to the other side than most; a net has one side only")
+        notes.append(f"roads that keep to the other side than most, where a net has one side: {others}")
     if left_alone:
-        notes.append(f"{left_alone} lanes outside junctions keep netconvert's shape: SUMO's junctions cover them")
+        notes.append(f"lanes of netconvert's shape outside junctions, since SUMO's junctions cover them: {left_alone}")
     return notes

@@ -17,7 +17,7 @@ def mend_net(root: Element) -> list[str]:
     slow = [lane for lane in root.iterfind("edge/lane") if not float(lane.get("speed", "0")) > 0.0]
     for lane in slow:
         lane.set("speed", f"{DEFAULT_SPEED_MPS:.4f}")
-    return [f"{len(slow)} lanes without a positive speed got 50 km/h"] if slow else []
+    return [f"lanes without a positive speed, given 50 km/h: {len(slow)}"] if slow else []
 
 
 def describe_net(root: Element) -> list[str]:
@@ -28,12 +28,12 @@ def describe_net(root: Element) -> list[str]:
     if narrow:
         named = min(narrow, key=lambda lane: lane.width_m)
         said.append(
-            f"{len(narrow)} lanes are narrower than {NARROW_M:g} m, '{named.lane_id}' is {named.width_m:.2f} m wide"
+            f"lanes narrower than {NARROW_M:g} m: {len(narrow)}; '{named.lane_id}' is {named.width_m:.2f} m wide"
         )
     shares = _parts(root, lanes)
     if len(shares) > 1:
         said.append(
-            f"the net has {len(shares)} parts that no road joins; the largest has {shares[0]:.0%} of the lane length"
+            f"parts of the net that no road joins: {len(shares)}; the largest has {shares[0]:.0%} of the lane length"
         )
     return said
 

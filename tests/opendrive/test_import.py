@@ -113,8 +113,8 @@ def test_speeds_that_netconvert_loses(imported: Import) -> None:
     }
     assert speeds["-1_0"] == speeds["1_0"] == pytest.approx(11.176)
     assert speeds["-2_0"] > 0.0
-    assert any("2 lanes had a speed limit of 0 or less" in sentence for sentence in done.mended)
-    assert any("2 parts that no road joins" in sentence for sentence in done.notes)
+    assert any("speed limits of 0 or less, left out: 2" in sentence for sentence in done.mended)
+    assert any("parts of the net that no road joins: 2" in sentence for sentence in done.notes)
 
 
 def test_map_without_a_reference_gets_one(imported: Import) -> None:
@@ -124,7 +124,7 @@ def test_map_without_a_reference_gets_one(imported: Import) -> None:
 
 def test_narrow_lanes_are_said_and_left_out(imported: Import) -> None:
     done = imported(road(section("", lane(-1, 3.0) + lane(-2, 1.9))))
-    assert any("1 lanes are narrower than 2 m, '-1_0'" in sentence for sentence in done.notes)
+    assert any("lanes narrower than 2 m: 1; '-1_0' is 1.90 m wide" in sentence for sentence in done.notes)
     assert done.check.narrow_share == 0.0
 
 
