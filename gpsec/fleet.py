@@ -37,9 +37,15 @@ class Rows:
     def grow(self, capacity: int) -> None:
         """Make room for `capacity` rows; the new ones hold initial values."""
         for name, array in self._arrays():
-            missing = capacity - len(array)
-            if missing > 0:
-                setattr(self, name, np.concatenate([array, np.repeat(self._blank[name], missing, axis=0)]))
+            rows = len(array)
+            if rows >= capacity:
+                continue
+            # Zeros take no memory until something is written to them.
+            grown = np.zeros((capacity, *array.shape[1:]), array.dtype)
+            grown[:rows] = array
+            if self._blank[name].any():
+                grown[rows:] = self._blank[name]
+            setattr(self, name, grown)
 
     def reset(self, rows: Ints) -> None:
         """Give `rows` their initial values again."""
