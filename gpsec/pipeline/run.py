@@ -48,6 +48,11 @@ class Traffic(TrafficSource, ZoneSource, AbstractContextManager["Traffic"], Prot
 
     warnings: list[str]
 
+    @property
+    def traffic_only(self) -> Mapping[str, int]:
+        """Vehicles of each SUMO class that is never equipped, once the frames are over."""
+        ...
+
 
 # Starts the traffic: what SUMO is run with, index of each lane id, who is equipped.
 StartTraffic = Callable[[SumoOptions, Mapping[str, int], Equip], Traffic]
@@ -216,6 +221,9 @@ class _Run:
                 f" {self.first_s:g} s (traffic.begin_s = {self.first_s // 1:g} begins there)",
                 "writing tables",
             )
+        if others := self.session.traffic_only:
+            said = ", ".join(f"{count} of class {name}" for name, count in sorted(others.items()))
+            self._say(f"traffic only, never equipped: {said}", "writing tables")
         idle = [plan.name for plan, begun in zip(self.plans, self.convoy.attacks, strict=True) if begun == 0]
         if idle:
             self._say(

@@ -84,7 +84,8 @@ class RemoteSession:
     Attributes:
         options: what it was started with.
         sumo_s, read_s: wall-clock seconds that the other process has spent in SUMO and in reading it.
-        warnings: SUMO's, once closed.
+        warnings: SUMO's, once the frames are over.
+        traffic_only: vehicles of each SUMO class that is never equipped, then too.
     """
 
     def __init__(
@@ -102,6 +103,7 @@ class RemoteSession:
         self.sumo_s = 0.0
         self.read_s = 0.0
         self.warnings: list[str] = []
+        self.traffic_only: dict[str, int] = {}
         self._ring = Ring(*blocks)
         self._connection, theirs = context.Pipe()
         arguments = (theirs, blocks, options, dict(lane_index), equip)
@@ -156,7 +158,7 @@ class RemoteSession:
             frame = head.frame or self._frame(head)
             self._connection.send(None)  # its place in the ring is free
             yield frame
-        self.warnings = head
+        self.warnings, self.traffic_only = head
 
     def _frame(self, head: Head) -> Frame:
         rows, front_m, lane = self._ring.take(head.step, head.count)
@@ -197,7 +199,7 @@ def _serve(
             while isinstance(asked := connection.recv(), list):
                 connection.send(session.zones(asked))
             _send_frames(connection, Ring(*blocks), session, asked)
-        connection.send(session.warnings)
+        connection.send((session.warnings, session.traffic_only))
         while True:  # the other side may be some steps behind, and would find a closed pipe instead of them
             connection.recv()
     except GpsecError as error:

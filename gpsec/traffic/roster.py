@@ -1,6 +1,7 @@
 """Who of SUMO's vehicles is part of the fleet, in which row, and where."""
 
 from bisect import bisect_left
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from itertools import chain
 
@@ -30,10 +31,12 @@ class Roster:
         left: rows that were left in the last step.
         departures: vehicles that entered in the last step.
         spoofers: vehicles that carry one; never equipped.
+        traffic_only: vehicles so far of each SUMO class that is never equipped.
     """
 
     def __init__(self, lane_index: Mapping[str, int], equip: Equip, spoofers: Spoofers) -> None:
         self.spoofers = spoofers
+        self.traffic_only: Counter[str] = Counter()
         self.left: list[int] = []
         self.departures: list[Departure] = []
         self._lane_index = lane_index
@@ -138,7 +141,10 @@ class Roster:
         if self.spoofers.enter(vehicle_id, type_id):
             return False
         kind = self._type(type_id)
-        return kind.on_roads and self._equip(self._departure(vehicle_id, vehicle_id, -1))
+        if not kind.on_roads:
+            self.traffic_only[kind.vehicle_class] += 1
+            return False
+        return self._equip(self._departure(vehicle_id, vehicle_id, -1))
 
     def _try_to_enter(self, vehicle_id: str, step_s: float) -> None:
         """Give `vehicle_id` a row if it is where it can be followed."""

@@ -101,6 +101,11 @@ class SumoSession:
     ) -> None:
         self.close()
 
+    @property
+    def traffic_only(self) -> dict[str, int]:
+        """Vehicles so far of each SUMO class that is never equipped; those that carry a spoofer are not among them."""
+        return dict(self._roster.traffic_only)
+
     def zones(self, known_keys: Collection[str]) -> list[ZoneShape]:
         """Return the attack zones of the scenario; see `gpsec.traffic.zones.read_zones`."""
         return read_zones(known_keys, self._input_files)

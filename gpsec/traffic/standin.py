@@ -16,6 +16,7 @@ class StandIn:
         sumo_s: 0, there is no simulation.
         read_s: wall-clock seconds spent in making frames so far.
         warnings: none.
+        traffic_only: none.
     """
 
     def __init__(self, options: SumoOptions) -> None:
@@ -23,6 +24,7 @@ class StandIn:
         self.sumo_s = 0.0
         self.read_s = 0.0
         self.warnings: list[str] = []
+        self.traffic_only: dict[str, int] = {}
 
     def __enter__(self) -> Self:
         return self

@@ -66,6 +66,7 @@ def replay(monkeypatch: pytest.MonkeyPatch) -> Callable[[Traffic], None]:
     def use(traffic: Traffic) -> None:
         class ReplaySession(RecordedTraffic):
             warnings: Sequence[str] = ()
+            traffic_only: dict[str, int] = {}  # noqa: RUF012
 
             def __init__(self, options: Any, lane_index: Any, equip: Any) -> None:
                 super().__init__(traffic.recording)

@@ -22,6 +22,8 @@ FLOWS = (
     + '<flow id="g" type="car" begin="0" end="40" period="3" from="C2B2" to="B0A0"/>'
     + '<vType id="van" vClass="delivery"><param key="gpsec.attack" value="drift"/></vType>'
     + '<trip id="s" type="van" depart="7" from="A0B0" to="B2C2"/>'
+    + '<vType id="bike" vClass="bicycle"/>'
+    + '<flow id="b" type="bike" begin="8" end="20" number="2" from="A0B0" to="B2C2"/>'
 )
 ZONE = (
     '<poly id="z" type="gpsec.attack" shape="0,0 9,0 9,9"><param key="gpsec.attack" value="jamming"/></poly>'
@@ -43,10 +45,12 @@ def test_frames_are_those_of_the_session_to_the_byte(scenario, lane_index, equip
     options = resolve_options(scenario(FLOWS), seed=3)
     with SumoSession(options, lane_index, equip) as session:
         here = record(session, 50.0)
+        others = session.traffic_only
     with RemoteSession(options, lane_index, equip, capacity) as session:
         there = record(session, 50.0)
         assert session.sumo_s > 0.0
         assert session.read_s > 0.0
+        assert session.traffic_only == others == {"bicycle": 2}
     for name, array in vars(here).items():
         np.testing.assert_array_equal(array, getattr(there, name), err_msg=name, strict=True)
     assert max(np.diff(here.start)) > 3
