@@ -10,7 +10,7 @@ from typing import Any
 import pandas as pd
 
 from gpsec.errors import GpsecError
-from gpsec.outcomes.tables import MANIFEST, MAP, STEPS, TABLES, read_table
+from gpsec.outcomes.tables import LARGE_TABLES, MANIFEST, MAP, STEPS, TABLES, read_table, whole
 
 # The longest first, since one ends in another.
 _UNITS = {"_per_vehicle_hour": "1/h", "_mps": "m/s", "_rad": "rad", "_deg": "°", "_m": "m", "_s": "s"}
@@ -153,6 +153,13 @@ class Results:
         for column in frame.columns.intersection(pd.Index(_CATEGORIES)):
             frame[column] = pd.Categorical(frame[column], frame[column].dropna().unique())
         return frame
+
+
+def write_parquet(run: Results) -> None:
+    """Write the large tables as Parquet files beside their CSV files, with the types that `Results` gives them."""
+    for name in LARGE_TABLES:
+        with whole(run.folder / f"{name}.parquet") as partial:
+            getattr(run, name).to_parquet(partial, index=False)
 
 
 def load(folder: Path | str) -> Results:

@@ -265,6 +265,17 @@ def test_overwrite_replaces_the_run_and_keeps_notes(here: Path, faked: None) -> 
     assert "unfinished" not in json.loads((former / "manifest.json").read_text())
 
 
+def test_parquet_is_asked_for_by_format(here: Path, faked: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    written: list[Path] = []
+    monkeypatch.setattr(launch, "_write_parquet", written.append)
+    make(here, "town")
+    assert cli.main(["run", "town", "--out", "a"]) == 0
+    assert written == []
+    assert cli.main(["run", "town", "--out", "b", "--format", "parquet"]) == 0
+    assert written == [here / "b"]
+    assert cli.main(["run", "town", "--out", "c", "--format", "xlsx"]) == 2
+
+
 INTERRUPTED = """
 import sys, time
 from pathlib import Path

@@ -2,7 +2,7 @@
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -102,6 +102,10 @@ def run(
         typer.Option("--log-vehicle", metavar="ID", help="Write steps.parquet for this vehicle only; can be repeated."),
     ] = None,
     report: Annotated[bool, typer.Option("--report/--no-report", help="Write report.html.")] = True,
+    format_: Annotated[
+        Literal["csv", "parquet"],
+        typer.Option("--format", help="With parquet, the large tables are written as Parquet files too."),
+    ] = "csv",
     engine: Annotated[
         str | None, typer.Option(metavar="E", help="batched, or reference for small fleets. [default: batched]")
     ] = None,
@@ -139,7 +143,16 @@ def run(
         ("log_vehicles",): (log_vehicles or None, "--log-vehicle"),
     }
     changes += [Override(key, value, flag) for key, (value, flag) in flags.items() if value is not None]
-    return launch(scenarios, changes, out=out, overwrite=overwrite, jobs=jobs, resume=resume, report=report)
+    return launch(
+        scenarios,
+        changes,
+        out=out,
+        overwrite=overwrite,
+        jobs=jobs,
+        resume=resume,
+        report=report,
+        parquet=format_ == "parquet",
+    )
 
 
 @app.command("report")

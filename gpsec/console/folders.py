@@ -14,7 +14,8 @@ MANIFEST = "manifest.json"
 _LOCK = ".lock"
 REPORT = "report.html"
 _TABLES = ("detection", "localization", "safety", "events", "vehicles", "curves", "error_bands", "places")
-_WRITTEN_BY_RUNS = (MANIFEST, REPORT, *(f"{table}.csv" for table in _TABLES))
+_AS_PARQUET = ("events.parquet", "vehicles.parquet", "places.parquet")
+_WRITTEN_BY_RUNS = (MANIFEST, REPORT, *(f"{table}.csv" for table in _TABLES), *_AS_PARQUET)
 # What each scenario has one of, under a name of its own where a run has several.
 _ONE_EACH = ("steps.parquet", "steps-*.parquet", "map.geojson", "map-*.geojson")
 

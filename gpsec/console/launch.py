@@ -31,12 +31,13 @@ def launch(
     *,
     resume: bool = False,
     report: bool = True,
+    parquet: bool = False,
 ) -> int:
     """Run the scenarios and return the exit status.
 
     With `out` all of them end up in that folder, otherwise each in ``results/<name>``. What has finished is kept
     when another one fails or the user interrupts, and `resume` goes on from there.
-    With `report`, each folder gets its ``report.html``.
+    With `report`, each folder gets its ``report.html``, and with `parquet` its large tables as Parquet files too.
 
     Raises:
         GpsecError: a scenario or a folder is not as it should be; nothing has been run then.
@@ -58,7 +59,8 @@ def launch(
     with workshop(first, resume=resume) as workplace:
         work = workplace.folder
         # What shows the tables takes a while to import; there is time for that now.
-        Thread(target=import_module, args=("gpsec.outcomes.summary",)).start()
+        for name in ("gpsec.outcomes.summary", *(["gpsec.report.make"] if report else [])):
+            Thread(target=import_module, args=(name,)).start()
         with display(messages, [scenario.name for scenario in scenarios]) as show:
             outcome = run_scenarios(scenarios, work, jobs or cores(), show, run)
         refused: list[str] = []
@@ -79,6 +81,8 @@ def launch(
     for folder in asked:
         if folder not in groups or _finished(groups[folder], outcome):
             _show(folder)
+            if parquet:
+                _write_parquet(folder)
             if report:
                 _report(folder, messages)
     return _status(outcome, groups, messages) or (USER_ERROR if refused else 0)
@@ -172,6 +176,15 @@ def _show(folder: Path) -> None:
 
     # The tables are laid out for this width, also in a file or a pipe.
     print_summary(folder, Console(emoji=False) if sys.stdout.isatty() else Console(width=120, emoji=False))
+
+
+def _write_parquet(folder: Path) -> None:
+    from gpsec.results import load, write_parquet
+
+    try:
+        write_parquet(load(folder))
+    except OSError as error:
+        raise GpsecError(f"{folder}: no Parquet files can be written there: {error.strerror}") from None
 
 
 def _report(folder: Path, messages: Console) -> None:

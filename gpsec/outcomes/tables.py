@@ -23,6 +23,8 @@ from gpsec.outcomes.records import events_table, vehicles_table
 from gpsec.outcomes.study import Study
 
 TABLES = ("detection", "localization", "safety", "events", "vehicles", "curves", "error_bands", "places")
+# Those that grow with the number of vehicles.
+LARGE_TABLES = ("events", "vehicles", "places")
 MANIFEST = "manifest.json"
 STEPS = "steps.parquet"
 MAP = "map.geojson"

@@ -2,11 +2,12 @@ import json
 import shutil
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from gpsec.errors import GpsecError
-from gpsec.outcomes.tables import TABLES
-from gpsec.results import load, unit
+from gpsec.outcomes.tables import LARGE_TABLES, TABLES
+from gpsec.results import load, unit, write_parquet
 
 from .conftest import PLANS
 
@@ -80,3 +81,10 @@ def test_what_is_no_run_is_said_in_a_sentence(run_folder, tmp_path, spoil, said)
 def test_unknown_scenarios_are_named(run):
     with pytest.raises(GpsecError, match=r"no scenario 'town' in this run \(there are: lane\)"):
         run.manifest("town")
+
+
+def test_parquet_files_hold_what_the_csv_files_do(run_folder, tmp_path):
+    run = load(shutil.copytree(run_folder, tmp_path / "typed"))
+    write_parquet(run)
+    for name in LARGE_TABLES:
+        pd.testing.assert_frame_equal(pd.read_parquet(run.folder / f"{name}.parquet"), getattr(run, name))

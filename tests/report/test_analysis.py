@@ -1,0 +1,72 @@
+"""The code in docs/analysis.md runs, and answers what it says."""
+
+import re
+import runpy
+import shutil
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from .conftest import write_run
+
+GUIDE = (Path(__file__).parents[2] / "docs" / "analysis.md").read_text("utf-8")
+
+
+@pytest.fixture(scope="module")
+def names(run_folder, tmp_path_factory):
+    """What the blocks leave behind, run one after the other.
+
+    They run on the run made by hand, with an LSTM that is CUSUM, but 0.2 s later.
+    """
+    blocks = re.findall(r"```python\n(.*?)```", GUIDE, re.DOTALL)
+    assert len(blocks) == 8
+    folder = shutil.copytree(run_folder, tmp_path_factory.mktemp("analysis") / "run")
+    for table in ("events", "curves", "safety"):
+        frame = pd.read_csv(folder / f"{table}.csv")
+        column = "detector" if "detector" in frame else "defence"
+        more = frame[frame[column].str.startswith("cusum")].replace({"cusum": "lstm", "cusum+ukf": "lstm+ukf"})
+        if table == "events":
+            more["detection_delay_s"] += 0.2
+        pd.concat([frame, more]).to_csv(folder / f"{table}.csv", index=False)
+    script = folder / "analysis.py"
+    script.write_text("\n".join(blocks).replace("results/fleet-eval", str(folder)), encoding="utf-8")
+    return runpy.run_path(str(script))
+
+
+def test_every_undefended_vehicle_left_its_lane(names):
+    assert names["worst"]["out_of_lane_share"].tolist() == [1.0, 1.0]
+    assert names["worst"]["n_vehicles"].tolist() == [2, 2]
+
+
+def test_detectors_are_compared_at_the_same_rate_and_on_the_same_attacks(names):
+    assert (names["recall"]["lstm"] == names["recall"]["cusum"]).all()
+    assert names["later_s"].tolist() == pytest.approx([0.2, 0.2])
+    assert (names["low"], names["high"]) == (pytest.approx(0.2), pytest.approx(0.2))
+    assert names["recall"].loc[("lane", "dsd", "bias"), "cusum"] == pytest.approx(35 / 40)  # late by 5 of 40 steps
+
+
+def test_attacks_are_missed_where_only_the_bias_is_seen(names):
+    missed = names["missed"]
+    assert missed.groupby("attack", observed=True)["missed"].mean().to_dict() == {
+        name: float(name != "bias") for name in missed["attack"].cat.categories
+    }
+    assert set(missed["east_m"]) == {0.0}
+
+
+def test_mitigation_keeps_everybody_in_the_lane(names):
+    bought = names["bought"]
+    assert bought.loc[("bias", "left")].tolist() == [1.0, 1.0, 1.0]
+    assert bought.loc[("bias", "max_cross_track_m"), "mean"] == pytest.approx(2.0 - 0.05)
+
+
+def test_vehicles_that_an_interval_takes(names):
+    # Two of two: p = 3/4, and 1.96² · 3/16 / 0.02² = 1800.75.
+    assert set(names["vehicles_needed"]) == {1801.0}
+
+
+def test_runs_of_other_seeds(names, run_folder, tmp_path):
+    other = write_run(tmp_path / "other", error_m=1.0, log=False)
+    mean, half = names["over_seeds"]([run_folder, other], "bias")
+    assert mean == 0.5  # all of them, and none
+    assert half == pytest.approx(12.706 * 0.5, rel=1e-4)  # t for one degree of freedom, s / √2 = 0.5
