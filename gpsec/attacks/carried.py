@@ -66,7 +66,9 @@ def _plan(members: Sequence[Carried]) -> tuple[PlanConfig, Zone | None, str]:
         _check_same(first, other)
     where, given = first.where, stated(first.parameters)
     given.pop("plan", None)
-    name = given.pop("attack")
+    name = given.pop("attack", None)
+    if name is None:
+        raise GpsecError(f"{where}: {PREFIX}attack: expected one of {', '.join(ATTACKS)}, found none")
     if name not in ATTACKS:
         raise GpsecError(f"{where}: {PREFIX}attack: unknown attack '{name}': {nearest(name, ATTACKS)}")
     others = [PREFIX + key for key in ("attack", "plan", *PLAN_KEYS, *_MOVING_KEYS)]

@@ -91,6 +91,7 @@ def _hurried(scenario: Scenario) -> Scenario:
     at_once = {
         "share": 1.0,
         "vehicle_types": (),
+        "vehicles": (),
         "zone": None,
         "begin_s": 0.0,
         "end_s": None,

@@ -72,7 +72,7 @@ def carried_attacks(files: Iterable[Path]) -> list[CarriedAttack]:
             if own.element in ("vType", *DEPARTING):
                 place = (own.file, own.element, own.owner_id)
                 found.setdefault(place, CarriedAttack(*place)).parameters[own.key] = own.value
-    return [attack for attack in found.values() if attack.parameters.get(ATTACK_KEY, "").strip()]
+    return [attack for attack in found.values() if ATTACK_KEY in attack.parameters]
 
 
 def check_departing(files: Iterable[Path]) -> None:

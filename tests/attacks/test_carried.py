@@ -73,6 +73,7 @@ def test_those_that_state_the_same_plan_are_one() -> None:
 
 
 REFUSED = {
+    "no attack": ({"gpsec.attack": " "}, r"gpsec\.attack: expected one of constant_bias, .*, found none"),
     "unknown attack": (drift() | {"gpsec.attack": "drft"}, r"gpsec\.attack: unknown attack 'drft': did you mean 'drif"),
     "unknown key": (
         drift(radius="9"),

@@ -202,6 +202,7 @@ LATE = {
     "type twice": Case(("SUMO says", "'car'"), {"cars.rou.xml": routes(CAR * 2 + FLOW)}),
     "begin after the end": options('<begin value="9"/><end value="5"/>', "SUMO says", "end time"),
     # what vehicles carry
+    "attack of a type without a name": carried('<param key="gpsec.attack" value=""/>', "gpsec.attack", "found none"),
     "unknown attack of a type": carried('<param key="gpsec.attack" value="drft"/>', "vType 'van'", "'drift'?"),
     "spoofer of a misspelt key": carried(
         SPOOFS + '<param key="gpsec.radius" value="9"/>', "'gpsec.radius'", "radius_m"
