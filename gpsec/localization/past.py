@@ -132,13 +132,14 @@ def keep(filters: FilterArrays, row: int, d: int, step: int, interval: int, isol
     """Keep the filter as it is before step `step`, where that is one of those to be kept."""
     if step % interval != 0:
         return
+    column = filters.past_column[row, d]
     k = step // interval % filters.past_isolated.shape[2]
     at = 0
-    filters.past_isolated[row, d, k] = isolated
+    filters.past_isolated[row, column, k] = isolated
     for i in range(filters.mean.shape[2]):
-        filters.past_mean[row, d, k, i] = filters.mean[row, d, i]
+        filters.past_mean[row, column, k, i] = filters.mean[row, d, i]
         for j in range(i + 1):
-            filters.past_covariance[row, d, k, at] = filters.covariance[row, d, i, j]
+            filters.past_covariance[row, column, k, at] = filters.covariance[row, d, i, j]
             at += 1
 
 
@@ -151,17 +152,18 @@ def restore(filters: FilterArrays, row: int, d: int, recall: Recall) -> tuple[in
     last = filters.steps[row] - 1
     interval = recall.interval
     number = max(last - recall.reach, 0) // interval
+    column = filters.past_column[row, d]
     k = number % filters.past_isolated.shape[2]
     at = 0
     for i in range(filters.mean.shape[2]):
-        filters.mean[row, d, i] = filters.past_mean[row, d, k, i]
+        filters.mean[row, d, i] = filters.past_mean[row, column, k, i]
         for j in range(i + 1):
-            filters.covariance[row, d, i, j] = filters.past_covariance[row, d, k, at]
-            filters.covariance[row, d, j, i] = filters.past_covariance[row, d, k, at]
+            filters.covariance[row, d, i, j] = filters.past_covariance[row, column, k, at]
+            filters.covariance[row, d, j, i] = filters.past_covariance[row, column, k, at]
             at += 1
     filters.segment[row, d] = -1
     filters.isolated_way_m[row, d] = 0.0
-    return number * interval, filters.past_isolated[row, d, k]
+    return number * interval, filters.past_isolated[row, column, k]
 
 
 @inline

@@ -31,6 +31,10 @@ class FilterArrays(NamedTuple):
     entered: Flags
     quiet_s: Floats
     steps: Ints
+    past_column: Ints
+    past_mean: Floats
+    past_covariance: Floats
+    past_isolated: Flags
     mean: Floats
     covariance: Floats
     consistent_s: Floats
@@ -39,9 +43,6 @@ class FilterArrays(NamedTuple):
     innovation: Floats
     innovation_valid: Flags
     repairs: Ints
-    past_mean: Floats
-    past_covariance: Floats
-    past_isolated: Flags
 
 
 @dataclass
@@ -56,6 +57,9 @@ class FilterState(Rows):
         entered: (M, D) isolated since this very step.
         quiet_s: (M, D) time in isolation without an alarm.
         steps: (M,) steps since the first fix.
+        past_column: (M, D) where the past of a defence's filter is kept, -1 where it is not.
+        past_mean, past_covariance, past_isolated: (M, R, B, …) ring of what a filter was at B times, for those R
+            defences that roll back; the covariances by their lower triangles. `gpsec.localization.past`.
         mean: (M, D, S) east and north of the rear axle (m), yaw (rad), slow GNSS error east and north (m). This and
             what follows is meaningful where a defence leads. Where a response of the run learns, there is room for
             two states more, the scale error of the odometer (ratio) and the bias of the gyro (rad/s), which
@@ -67,8 +71,6 @@ class FilterState(Rows):
         innovation: (M, D, 2) normalised innovations of the last GNSS update; their squares sum to its NIS.
         innovation_valid: (M, D) there was a GNSS update in this step.
         repairs: (M, D) times that a covariance had to be made positive definite again.
-        past_mean, past_covariance, past_isolated: (M, D, B, …) ring of what the filter was, the covariances by their
-            lower triangles; `gpsec.localization.past`. Empty (B = 0) where no response of the run rolls back.
 
     """
 
@@ -79,6 +81,10 @@ class FilterState(Rows):
     entered: Flags
     quiet_s: Floats
     steps: Ints
+    past_column: Ints
+    past_mean: Floats
+    past_covariance: Floats
+    past_isolated: Flags
     mean: Floats
     covariance: Floats
     consistent_s: Floats
@@ -87,14 +93,19 @@ class FilterState(Rows):
     innovation: Floats
     innovation_valid: Flags
     repairs: Ints
-    past_mean: Floats
-    past_covariance: Floats
-    past_isolated: Flags
 
     @classmethod
-    def empty(cls, capacity: int, leader: Sequence[int], states: int = STATES, snapshots: int = 0) -> Self:
-        """Return `capacity` rows of filters that have not started; `leader` says which defences share one."""
+    def empty(
+        cls, capacity: int, leader: Sequence[int], states: int = STATES, past_of: Sequence[int] = (), snapshots: int = 0
+    ) -> Self:
+        """Return `capacity` rows of filters that have not started; `leader` says which defences share one.
+
+        The filters of the defences `past_of` keep what they were at `snapshots` times.
+        """
         cells = (capacity, len(leader))
+        past = (capacity, len(past_of), snapshots)
+        column = np.full(len(leader), -1, np.int32)
+        column[list(past_of)] = np.arange(len(past_of))
         return cls(
             started=np.zeros(capacity, np.bool_),
             fix_age_s=np.zeros(capacity),
@@ -103,6 +114,10 @@ class FilterState(Rows):
             entered=np.zeros(cells, np.bool_),
             quiet_s=np.zeros(cells),
             steps=np.zeros(capacity, np.int32),
+            past_column=np.tile(column, (capacity, 1)),
+            past_mean=np.zeros((*past, states)),
+            past_covariance=np.zeros((*past, states * (states + 1) // 2)),
+            past_isolated=np.zeros(past, np.bool_),
             mean=np.zeros((*cells, states)),
             covariance=np.zeros((*cells, states, states)),
             consistent_s=np.zeros(cells),
@@ -111,9 +126,6 @@ class FilterState(Rows):
             innovation=np.zeros((*cells, 2)),
             innovation_valid=np.zeros(cells, np.bool_),
             repairs=np.zeros(cells, np.int32),
-            past_mean=np.zeros((*cells, snapshots, states)),
-            past_covariance=np.zeros((*cells, snapshots, states * (states + 1) // 2)),
-            past_isolated=np.zeros((*cells, snapshots), np.bool_),
         )
 
     def arrays(self) -> FilterArrays:
@@ -167,12 +179,16 @@ def _copy(filters: FilterArrays, row: int, source: int, target: int) -> None:
     filters.innovation[row, target, 1] = filters.innovation[row, source, 1]
     filters.innovation_valid[row, target] = filters.innovation_valid[row, source]
     filters.repairs[row, target] = filters.repairs[row, source]
+    old = filters.past_column[row, source]
+    new = filters.past_column[row, target]
+    if old < 0 or new < 0:
+        return
     for k in range(filters.past_isolated.shape[2]):
-        filters.past_isolated[row, target, k] = filters.past_isolated[row, source, k]
+        filters.past_isolated[row, new, k] = filters.past_isolated[row, old, k]
         for i in range(states):
-            filters.past_mean[row, target, k, i] = filters.past_mean[row, source, k, i]
+            filters.past_mean[row, new, k, i] = filters.past_mean[row, old, k, i]
         for i in range(filters.past_covariance.shape[3]):
-            filters.past_covariance[row, target, k, i] = filters.past_covariance[row, source, k, i]
+            filters.past_covariance[row, new, k, i] = filters.past_covariance[row, old, k, i]
 
 
 @kernel

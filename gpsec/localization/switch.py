@@ -80,7 +80,7 @@ class Localization:
     def new_state(self, capacity: int) -> FilterState:
         """Return filters for `capacity` track rows that have not started."""
         states = learning.LEARNING_STATES if self._learns.any() else STATES
-        return FilterState.empty(capacity, self._leader, states, SNAPSHOTS if self._rolls_back.any() else 0)
+        return FilterState.empty(capacity, self._leader, states, np.flatnonzero(self._rolls_back).tolist(), SNAPSHOTS)
 
     def new_journey(self) -> Journey:
         """Return a journey in which nothing is recorded; it grows with the vehicles."""
