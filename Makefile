@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 SCENARIOS := scenarios/town scenarios/highway scenarios/sharp_turns scenarios/slow_curve
 
-.PHONY: help setup fleet-eval bench train nets test lint check clean
+.PHONY: help setup fleet-eval bench train nets docs test lint check clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
@@ -30,6 +30,9 @@ train: $(READY) ## train and calibrate the detectors into gpsec/models
 
 nets: $(READY) ## rebuild the road networks in sumo_nets
 	$(BIN)/python -m sumo_nets.build
+
+docs: $(READY) ## make the documentation site in build/site
+	$(BIN)/mkdocs build
 
 test: $(READY) ## run the tests
 	$(BIN)/pytest -n auto --dist loadfile
