@@ -15,6 +15,7 @@ from gpsec.progress import Progress
 from gpsec.results import Results
 from gpsec.run import run_scenarios
 from gpsec.scenario import Scenario
+from gpsec.threads import cores
 
 Tell = Callable[[Progress], None]
 
@@ -26,25 +27,25 @@ def simulate(run: Results, wanted: Mapping[str, Collection[str]], tell: Tell) ->
         GpsecError: the traffic of the run is not there any more, or its vehicles do not do what they did.
 
     """
+    scenarios = [_scenario(run, name, vehicles) for name, vehicles in wanted.items()]
+    only = {name: tuple(vehicles) for name, vehicles in wanted.items()}
     found: dict[str, pd.DataFrame | None] = {}
-    for name, vehicles in wanted.items():
-        scenario = _scenario(run, name, vehicles)
-        with tempfile.TemporaryDirectory(prefix="gpsec-again-") as folder:
-            outcome = run_scenarios([scenario], Path(folder), 1, tell, partial(_run, only=tuple(vehicles)))
-            if outcome.interrupted:
-                raise KeyboardInterrupt
-            if outcome.failures:
-                failure = outcome.failures[0]
-                raise GpsecError(f"scenario '{name}' cannot be simulated again: {failure.sentence}")
+    with tempfile.TemporaryDirectory(prefix="gpsec-again-") as folder:
+        outcome = run_scenarios(scenarios, Path(folder), cores(), tell, partial(_run, only=only))
+        if outcome.interrupted:
+            raise KeyboardInterrupt
+        for failure in outcome.failures:
+            raise GpsecError(f"scenario '{failure.scenario}' cannot be simulated again: {failure.sentence}")
+        for name, vehicles in wanted.items():
             _check(run, name, vehicles, Path(folder) / name)
             found[name] = pd.read_parquet(Path(folder) / name / STEPS)
     return found
 
 
-def _run(scenario: Scenario, folder: Path, report: Tell, only: Collection[str]) -> None:
+def _run(scenario: Scenario, folder: Path, report: Tell, only: Mapping[str, Collection[str]]) -> None:
     from gpsec.pipeline.run import run_scenario
 
-    run_scenario(scenario, folder, report, only=only)
+    run_scenario(scenario, folder, report, only=only[scenario.name])
 
 
 def _scenario(run: Results, name: str, vehicles: Collection[str]) -> Scenario:

@@ -106,7 +106,7 @@ def _plain(series: Series) -> dict[str, Any]:
         "xHigh": series.x_high,
     }
     plain: dict[str, Any] = {"name": series.name, "kind": series.kind, "colour": series.colour}
-    plain |= {name: [_cell(value) for value in column] for name, column in values.items() if column is not None}
+    plain |= {name: _column(column) for name, column in values.items() if column is not None}
     plain["where"] = dict(series.where)
     if series.text is not None:
         plain["text"] = list(series.text)
@@ -115,14 +115,17 @@ def _plain(series: Series) -> dict[str, Any]:
     return plain
 
 
-def _cell(value: Any) -> Any:
-    if isinstance(value, str):
-        return value
-    number = float(value)
-    if not np.isfinite(number):
-        return None
-    short = float(f"{number:.{_DIGITS}g}") if abs(number) < 10**_DIGITS else round(number, 1)
-    return int(short) if short == int(short) else short
+def _column(values: Values) -> list[Any]:
+    """Return numbers in `_DIGITS` digits, or to a tenth where they are larger, None for NaN; texts as they are."""
+    if len(values) and isinstance(values[0], str):
+        return list(values)
+    numbers = np.asarray(values, np.float64)
+    finite = np.isfinite(numbers)
+    size = np.log10(np.where(finite & (numbers != 0.0), np.abs(numbers), 1.0))
+    scale = 10.0 ** np.clip(_DIGITS - 1 - np.floor(size), 1, 15)
+    short = np.rint(np.where(finite, numbers, 0.0) * scale) / scale
+    plain = [int(value) if value == int(value) else value for value in short.tolist()]
+    return [value if known else None for value, known in zip(plain, finite.tolist(), strict=True)]
 
 
 def colours(names: Iterable[str], neutral: str = "") -> dict[str, int]:

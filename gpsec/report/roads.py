@@ -16,7 +16,6 @@ from gpsec.results import Results
 _DEGREE_M = 111_320.0
 # More points than these hide each other, and make the file large.
 _MOST_POINTS = 600
-_STYLES = {ATTACK_BEGAN: ("attack began", 0, "circle-open"), LEFT_LANE: ("left its lane", 4, "x")}
 
 
 def map_figure(run: Results) -> Figure:
@@ -42,11 +41,15 @@ def map_figure(run: Results) -> Figure:
                 x, y = _joined(zone["geometry"]["coordinates"], middle)
                 title = f"zone {zone['properties']['id']}"
                 series.append(Series(title, "area", x, y, colour=5, where={"group": group}))
+        x_all, y_all = _metres(places[["lon_deg", "lat_deg"]].to_numpy(), middle)
+        vehicles, times = places["vehicle_id"].to_numpy(), places["time_s"].to_numpy()
         keys = ["profile", "attack", "what", "by"]
-        for (profile, attack, what, by), rows in places.groupby(keys, sort=False, observed=True, dropna=False):
+        found = places.groupby(keys, sort=False, observed=True, dropna=False).indices
+        for names, rows in sorted(found.items(), key=lambda item: int(item[1][0])):
+            profile, attack, what, by = map(str, names)
             where = {"group": group_name(name, profile), "attack": attack}
             if what == ATTACK_BEGAN:
-                label, colour, mark = _STYLES[what]
+                label, colour, mark = "attack began", 0, "circle-open"
             elif by not in known[what]:
                 continue
             elif what == DETECTED:
@@ -56,11 +59,9 @@ def map_figure(run: Results) -> Figure:
                 label, colour, mark = f"left its lane with {by}", 4, "x"
                 where["defence"] = by
             thinned |= len(rows) > _MOST_POINTS
-            rows = rows.iloc[:: math.ceil(len(rows) / _MOST_POINTS)]
-            x, y = _metres(rows[["lon_deg", "lat_deg"]].to_numpy(), middle)
-            text = [
-                f"{vehicle}, {time:.1f} s" for vehicle, time in zip(rows["vehicle_id"], rows["time_s"], strict=True)
-            ]
+            shown = rows[:: math.ceil(len(rows) / _MOST_POINTS)]
+            text = [f"{vehicles[row]}, {times[row]:.1f} s" for row in shown]
+            x, y = x_all[shown], y_all[shown]
             series.append(Series(label, "points", x, y, colour=colour, where=where, text=text, mark=mark))
     return Figure(
         "map",
@@ -84,10 +85,10 @@ def _middle(features: Sequence[dict[str, Any]], places: pd.DataFrame) -> np.ndar
     return middle
 
 
-def _metres(lon_lat_deg: np.ndarray, middle: np.ndarray) -> tuple[list[float], list[float]]:
+def _metres(lon_lat_deg: np.ndarray, middle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     away = (lon_lat_deg - middle) * _DEGREE_M
     away[:, 0] *= math.cos(math.radians(middle[1]))
-    return np.round(away[:, 0], 1).tolist(), np.round(away[:, 1], 1).tolist()
+    return np.round(away[:, 0], 1), np.round(away[:, 1], 1)
 
 
 def _joined(lines: Sequence[Any], middle: np.ndarray) -> tuple[list[float], list[float]]:

@@ -67,7 +67,7 @@
         return [{ ...common, mode: "lines", line: { ...line, shape: "hv" } }];
       case "points":
         return [{ ...common, mode: "markers", text, hovertemplate: text ? "%{text}" : typeof series.y[0] === "string" ? "%{x:.4g}" : "%{x:.4g}, %{y:.4g}",
-          marker: { color: paint, size: series.mark === "x-thin-open" ? 5 : 9, symbol: series.mark || "circle", line: { color: paint, width: 1.5 } },
+          marker: { color: paint, size: series.mark === "x-thin-open" ? 5 : series.x.length > 100 ? 6 : 9, symbol: series.mark || "circle", line: { color: paint, width: 1.5 } },
           error_x: errors(series.x, series.xLow, series.xHigh), error_y: errors(series.y, series.low, series.high) }];
       case "bars":
         return [{ ...common, type: "bar", marker: { color: paint }, text, textposition: "none",
