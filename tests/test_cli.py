@@ -347,7 +347,7 @@ def test_list_shows_a_line_a_part(capsys: pytest.CaptureFixture[str]) -> None:
     }
     assert cli.main(["list", "detectors"]) == 0
     names = {line.split()[0] for line in capsys.readouterr().out.splitlines()}
-    assert names == {"chi_square", "cusum", "isolation_forest", "lstm", "oracle", "never"}
+    assert names == {"chi_square", "cusum", "isolation_forest", "lstm", "lstm_cusum", "oracle", "never"}
     assert cli.main(["list", "responses"]) == 0
     assert {line.split()[0] for line in capsys.readouterr().out.splitlines()} == {
         *("none", "dead_reckoning", "ukf", "rollback", "ukf5", "ukf5_rollback")

@@ -209,3 +209,18 @@ def test_an_error_names_the_flag_that_wrote_the_key_and_else_the_file(folder: Pa
         load(folder, plan, "plans.0.share=0.1")
     with pytest.raises(GpsecError, match=r"--set plans\.drift\.rate_mps=8: plans\.0: rate_mps"):
         load(folder, plan, "plans.drift.rate_mps=8")
+
+
+def test_models_may_lie_in_another_folder(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (folder / "own").mkdir()
+    (folder.parent / "flag").mkdir()
+    monkeypatch.chdir(folder.parent)
+    assert load(folder).detection.models is None
+    assert load(folder, "detection.models = 'own'").detection.models == str(folder / "own")
+    # In a flag, from where the user is.
+    assert load(folder, "detection.models = 'own'", "detection.models=flag").detection.models == str(
+        folder.parent / "flag"
+    )
+    assert load(folder, "detection.models = 'own'", "detection.models=none").detection.models is None
+    with pytest.raises(GpsecError, match=r"gpsec\.toml: detection\.models: expected a folder with models, found none"):
+        load(folder, "detection.models = 'flag'")

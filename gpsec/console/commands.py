@@ -359,6 +359,9 @@ def train(
         Path | None, typer.Option("--out", metavar="DIR", help="Where models go. [default: inside the package]")
     ] = None,
     jobs: Annotated[int | None, typer.Option(min=1, metavar="N", help="Processes. [default: the cores]")] = None,
+    networks: Annotated[
+        str | None, typer.Option(metavar="A,B", help="Only these training networks; needs --out. [default: all]")
+    ] = None,
 ) -> None:
     """Train the learned detectors on benign runs and calibrate every threshold.
 
@@ -366,7 +369,11 @@ def train(
     Examples:
       gpsec train
       gpsec train --seed 2 --out /tmp/models
+      gpsec train --networks mountain,suburb --out /tmp/models
+      gpsec run scenarios/town --set detection.models=/tmp/models
     """  # noqa: D301
     from gpsec.training import main as train_models
+    from gpsec.training.command import NETWORKS
 
-    train_models(seed=seed, out=out, jobs=jobs)
+    chosen = NETWORKS if networks is None else [name.strip() for name in networks.split(",")]
+    train_models(seed=seed, out=out, jobs=jobs, networks=chosen)

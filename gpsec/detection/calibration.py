@@ -43,57 +43,52 @@ class Calibrated:
 
 @dataclass(frozen=True)
 class Replay:
-    """What a detector did on a grid, C copies of V vehicles; only settled samples count.
+    """What a detector did on a grid of V vehicles; only settled samples count, but for the peak.
 
     Attributes:
-        scored, alarmed: (C,) samples that were scored, and those of them in alarm.
-        onsets: (C,) alarms that began.
-        hours: (C,) vehicle-hours.
-        statistic: (s,) all scored values of the first copy.
+        scored, alarmed: samples that were scored, and those of them in alarm.
+        onsets: alarms that began.
+        hours: vehicle-hours.
+        statistic: (scored,) all scored values.
+        peak: (V,) largest statistic of a vehicle, settled or not.
     """
 
-    scored: Floats
-    alarmed: Floats
-    onsets: Floats
-    hours: Floats
+    scored: int
+    alarmed: int
+    onsets: int
+    hours: float
     statistic: Floats
-
-    def rate(self, copy: int, rate: Rate) -> float:
-        """Return the achieved value of the same kind as `rate`."""
-        if rate.per_hour:
-            return float(self.onsets[copy] / self.hours[copy])
-        return float(self.alarmed[copy] / self.scored[copy])
+    peak: Floats
 
     def expected(self, rate: Rate) -> float:
         """Return how many events the data would hold at exactly that rate."""
-        return float(rate.value * (self.hours[0] if rate.per_hour else self.scored[0]))
+        return float(rate.value * (self.hours if rate.per_hour else self.scored))
 
 
-def replay(
-    detector: Detector, grid: Grid, thresholds: Sequence[float], settle_s: float, threads: Threads | None = None
-) -> Replay:
-    """Run a detector over a grid exactly as in the loop, once for each of C thresholds."""
-    copies, vehicles = len(thresholds), len(grid.length)
-    state = detector.new_state(copies * vehicles)
-    verdict = Verdict.blank(copies * vehicles)
-    before: Flags = np.zeros(copies * vehicles, np.bool_)
+def replay(detector: Detector, grid: Grid, threshold: float, settle_s: float, threads: Threads | None = None) -> Replay:
+    """Run a detector over a grid exactly as in the loop."""
+    vehicles = len(grid.length)
+    state = detector.new_state(vehicles)
+    verdict = Verdict.blank(vehicles)
+    before: Flags = np.zeros(vehicles, np.bool_)
+    peak = np.zeros(vehicles)
     settle_steps = round(settle_s / grid.step_s)
-    scored, alarmed, onsets, samples = (np.zeros(copies) for _ in range(4))
-    values = []
+    alarmed, onsets, samples = 0, 0, 0
+    values = [np.zeros(0)]
     for step in range(len(grid.valid)):
-        observation = grid.observe(step, copies)
-        m = grid.active(step)
-        detector.update(state, observation, np.repeat(np.asarray(thresholds, np.float64), m), verdict, threads)
+        observation = grid.observe(step)
+        m = len(observation.rows)
+        detector.update(state, observation, np.full(m, threshold), verdict, threads)
         statistic, hit, alarm = verdict.at(observation.rows)
+        np.maximum(peak[:m], statistic, out=peak[:m])
         if step >= settle_steps:
             samples += m
-            by_copy = hit.reshape(copies, m), alarm.reshape(copies, m)
-            scored += by_copy[0].sum(axis=1)
-            alarmed += (by_copy[0] & by_copy[1]).sum(axis=1)
-            onsets += (alarm & ~before[observation.rows]).reshape(copies, m).sum(axis=1)
-            values.append(statistic[:m][hit[:m]])
-        before[observation.rows] = alarm
-    return Replay(scored, alarmed, onsets, samples * grid.step_s / 3600.0, np.concatenate([np.zeros(0), *values]))
+            alarmed += int((hit & alarm).sum())
+            onsets += int((alarm & ~before[:m]).sum())
+            values.append(statistic[hit])
+        before[:m] = alarm
+    scores = np.concatenate(values)
+    return Replay(len(scores), alarmed, onsets, samples * grid.step_s / 3600.0, scores, peak)
 
 
 def calibrate(
@@ -106,33 +101,34 @@ def calibrate(
     """Return the threshold for each of `RATES`, None where there is too little data to tell.
 
     The statistic of a detector may depend on its own alarm, so a threshold is not read off one distribution: it is the
-    start of a bisection in which each round replays the closed loop with the thresholds of all rates side by side.
+    start of a bisection in which each round replays the closed loop. Until its first alarm a vehicle does as in the
+    open loop, so only those are replayed whose statistic went over the threshold there: the others have no alarm.
 
     Args:
         detector: built for the one profile of the logs.
         logs: benign runs of vehicles that the detector was not trained on.
         settle_s: samples before that age of a vehicle are seen by the detector but do not count.
-        progress: told of every round.
+        progress: told of every rate.
         threads: for the kernels.
     """
     grid = Grid.of(logs)
-    opened = replay(detector, grid, [np.inf], settle_s, threads)
-    names = [name for name, rate in RATES.items() if opened.expected(rate) >= MIN_EVENTS]
-    answer: dict[str, Calibrated | None] = dict.fromkeys(RATES)
-    if not names:
-        return answer
-    searches = [_Search.start(RATES[name], opened) for name in names]
-    for done in range(MAX_ROUNDS):
-        progress(f"calibrating {detector.name}", done, MAX_ROUNDS)
-        busy = [search for search in searches if not search.finished]
-        if not busy:
-            break
-        found = replay(detector, grid, [search.trial for search in busy], settle_s, threads)
-        for copy, search in enumerate(busy):
-            search.learn(found.rate(copy, search.rate))
-    progress(f"calibrating {detector.name}", MAX_ROUNDS, MAX_ROUNDS)
-    for name, search in zip(names, searches, strict=True):
+    progress(f"calibrating {detector.name}", 0, 1 + len(RATES))
+    opened = replay(detector, grid, np.inf, settle_s, threads)
+    values = np.unique(opened.statistic)
+    answer: dict[str, Calibrated | None] = {}
+    for done, (name, rate) in enumerate(RATES.items()):
+        progress(f"calibrating {detector.name}", 1 + done, 1 + len(RATES))
+        answer[name] = None
+        if opened.expected(rate) < MIN_EVENTS:
+            continue
+        search = _Search.start(rate, values, opened)
+        for _ in range(MAX_ROUNDS):
+            closed = replay(detector, grid.select(opened.peak > search.trial), search.trial, settle_s, threads)
+            search.learn(closed.onsets / opened.hours if rate.per_hour else closed.alarmed / opened.scored)
+            if search.finished:
+                break
         answer[name] = search.best
+    progress(f"calibrating {detector.name}", 1 + len(RATES), 1 + len(RATES))
     return answer
 
 
@@ -149,10 +145,9 @@ class _Search:
         self.finished = False
 
     @classmethod
-    def start(cls, rate: Rate, opened: Replay) -> "_Search":
-        values = np.unique(opened.statistic)
+    def start(cls, rate: Rate, values: Floats, opened: Replay) -> "_Search":
         # An onset lasts for some samples; five is only a guess to begin with.
-        share = 5.0 * opened.expected(rate) / opened.scored[0] if rate.per_hour else rate.value
+        share = 5.0 * opened.expected(rate) / opened.scored if rate.per_hour else rate.value
         wanted = float(np.quantile(opened.statistic, max(0.0, 1.0 - share)))
         return cls(rate, values, int(np.searchsorted(values, wanted)))
 

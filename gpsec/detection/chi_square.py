@@ -63,7 +63,7 @@ class ChiSquare(KernelDetector):
 
     name: ClassVar[str] = "chi_square"
     kernel = _update
-    window: int = 3
+    window: int = 2
 
     def new_state(self, capacity: int) -> ChiSquareState:
         """Return the detector's arrays for `capacity` rows."""

@@ -150,7 +150,7 @@ class Cusum(KernelDetector):
     clip: float = 6.0
     reach: float = 3.0
     plausible: float = 2.5
-    margin: float = 3.0
+    margin: float = 1.0
 
     @classmethod
     def from_learned(cls, learned: Sequence[Learned]) -> Self:

@@ -132,23 +132,33 @@ class Grid:
         """Return how many vehicles have a sequence longer than `step`: the first ones."""
         return int(np.searchsorted(-self.length, -step, side="left"))
 
-    def observe(self, step: int, copies: int = 1) -> Observation:
-        """Return one step of the active vehicles; copy c of vehicle v owns row c·V + v."""
-        m, vehicles = self.active(step), len(self.length)
-        rows = np.concatenate([np.arange(m, dtype=np.int32) + c * vehicles for c in range(copies)])
+    def select(self, chosen: Flags) -> Self:
+        """Return the (V,) chosen vehicles."""
+        length = self.length[chosen]
+        steps = int(length.max(initial=0))
+        return replace(
+            self,
+            length=length,
+            scale_m=self.scale_m[chosen],
+            residual_m=self.residual_m[:steps, chosen],
+            valid=self.valid[:steps, chosen],
+            speed_mps=self.speed_mps[:steps, chosen],
+            curvature_per_m=self.curvature_per_m[:steps, chosen],
+            camera_sigma_m=self.camera_sigma_m[:steps, chosen],
+        )
 
-        def tiled(array: np.ndarray) -> np.ndarray:
-            return np.tile(array[:m], copies)
-
+    def observe(self, step: int) -> Observation:
+        """Return one step of the active vehicles; vehicle v owns row v."""
+        m = self.active(step)
         return Observation(
-            rows=rows.astype(np.int32),
-            profile=np.zeros(len(rows), np.int32),
-            residual_m=tiled(self.residual_m[step]),
-            valid=tiled(self.valid[step]),
-            scale_m=tiled(self.scale_m),
-            speed_mps=tiled(self.speed_mps[step]),
-            curvature_per_m=tiled(self.curvature_per_m[step]),
-            camera_sigma_m=tiled(self.camera_sigma_m[step]),
+            rows=np.arange(m, dtype=np.int32),
+            profile=np.zeros(m, np.int32),
+            residual_m=self.residual_m[step, :m],
+            valid=self.valid[step, :m],
+            scale_m=self.scale_m[:m],
+            speed_mps=self.speed_mps[step, :m],
+            curvature_per_m=self.curvature_per_m[step, :m],
+            camera_sigma_m=self.camera_sigma_m[step, :m],
             step_s=self.step_s,
         )
 

@@ -1,4 +1,4 @@
-"""One step of a small LSTM with a linear head, for rows of several sensor profiles at once, in float32.
+"""One step of a small LSTM with linear heads, for rows of several sensor profiles at once, in float32.
 
 Weights of all profiles lie in one array, so a batch may mix them. Every row is computed on its own in a fixed order of
 operations without fused multiply-add, so its bits depend neither on the batch nor on the number of threads, and, as
@@ -17,7 +17,10 @@ from gpsec.kernels import inline
 
 HIDDEN = 32
 # What the network is told in a step; a multiple of 4, as is HIDDEN.
-INPUTS = ("last residual", "curvature", "speed", "camera sigma")
+INPUTS = ("delayed residual", "curvature", "speed", "camera sigma")
+# What it says: the residual that it expects, and the logarithm of the variance of its error, for each time scale.
+SCALES = 3
+OUTPUTS = 1 + SCALES
 # Rows that take a step together.
 BLOCK = 64
 GATES = 4 * HIDDEN
@@ -76,8 +79,8 @@ class Network(NamedTuple):
     Attributes:
         weight: (P, K + H, 4H) of inputs, then hidden units, gates in torch's order i, f, g, o; see `for_falling`.
         bias: (P, 4H), likewise.
-        head: (P, H) of the prediction.
-        offset: (P,) of the prediction.
+        head: (P, H, 1 + S) of the prediction, and of the log-variances.
+        offset: (P, 1 + S) likewise.
     """
 
     weight: Floats32
@@ -94,14 +97,14 @@ class Step(NamedTuple):
         inputs: (BLOCK, K + H) of the network, the last H being its hidden units.
         gates: (BLOCK, 4H) scratch.
         bent: (BLOCK, H) scratch.
-        prediction: (BLOCK,) result.
+        output: (BLOCK, 1 + S) result: the prediction, and one over the variance of its error at each of S scales.
     """
 
     row: Ints
     inputs: Floats32
     gates: Floats32
     bent: Floats32
-    prediction: Floats32
+    output: Floats32
 
 
 @inline
@@ -125,7 +128,7 @@ def predict(step: Step, count: int, network: Network, profile: int, hidden: Floa
     """Let the first `count` rows of a block take a step: Hochreiter and Schmidhuber's LSTM with forget gate.
 
     Args:
-        step: rows and the first K inputs are given; the predictions are filled in.
+        step: rows and the first K inputs are given; the output is filled in.
         count: how many of them.
         network: of all profiles.
         profile: that of all these rows.
@@ -155,7 +158,11 @@ def predict(step: Step, count: int, network: Network, profile: int, hidden: Floa
         row = step.row[n]
         for j in range(HIDDEN):
             hidden[row, j] = gates[n, 3 * HIDDEN + j] * (_TWO * bent[n, j] - _ONE)
-        total = network.offset[profile]
+        for q in range(OUTPUTS):
+            step.output[n, q] = network.offset[profile, q]
         for j in range(HIDDEN):
-            total += network.head[profile, j] * hidden[row, j]
-        step.prediction[n] = total
+            for q in range(OUTPUTS):
+                step.output[n, q] += network.head[profile, j, q] * hidden[row, j]
+    for n in range(count):
+        for q in range(1, OUTPUTS):
+            step.output[n, q] = exp32(-step.output[n, q])

@@ -8,38 +8,39 @@ import numpy as np
 import torch
 from torch import nn
 
-from gpsec.arrays import Floats32
+from gpsec.arrays import Floats, Floats32
 from gpsec.detection.alarm import GAP_S, steps_in
+from gpsec.detection.forecast import CLIP, DELAY
 from gpsec.detection.learned import Learned, Progress, silent
 from gpsec.detection.logs import Grid, ResidualLog, sessions, split
-from gpsec.detection.lstm import CLIP
-from gpsec.detection.lstm_cell import HIDDEN, INPUTS
+from gpsec.detection.lstm import DECAYS
+from gpsec.detection.lstm_cell import HIDDEN, INPUTS, OUTPUTS
 from gpsec.errors import GpsecError
 
-LENGTH = 128
-BATCH = 64
-EPOCHS = 20
+LENGTH = 256
+BATCH = 32
+EPOCHS = 12
 PATIENCE = 4
 LEARNING_RATE = 4e-3
 HELD_OUT = 0.15
-MAX_WINDOWS = 3000
+MAX_WINDOWS = 1800
 # A match to the wrong lane may be a dozen scales off; it shall not steer the training.
 TARGET_CLIP = 5.0
 
 
 class ResidualLstm(nn.Module):
-    """Predicts each residual of a sequence from the ones before it."""
+    """Predicts each residual of a sequence from those at least `DELAY` before it, and how far off it may be."""
 
     def __init__(self) -> None:
         super().__init__()
         self.lstm = nn.LSTM(len(INPUTS), HIDDEN, batch_first=True)
-        self.head = nn.Linear(HIDDEN, 1)
+        self.head = nn.Linear(HIDDEN, OUTPUTS)
 
     def forward(self, inputs: torch.Tensor) -> torch.Tensor:
-        """Return (b, t) predictions of (b, t, K) inputs, beginning with an empty memory."""
+        """Return (b, t, 1 + S) predictions and log-variances of (b, t, K) inputs, beginning with an empty memory."""
         hidden, _ = self.lstm(inputs)
-        predictions: torch.Tensor = self.head(hidden)[..., 0]
-        return predictions
+        outputs: torch.Tensor = self.head(hidden)
+        return outputs
 
 
 @dataclass(frozen=True)
@@ -60,10 +61,10 @@ class Sequences:
 
 
 def learn(logs: Sequence[ResidualLog], seed: int, progress: Progress = silent) -> Learned:
-    """Return the arrays of a network that was fitted to benign residuals; see `lstm.Network`.
+    """Return the arrays of a network that was fitted to benign residuals; see `lstm_cell.Network`.
 
-    Adam on the Huber loss, with a cosine schedule; the epoch that is best on held-out vehicles is kept. One thread, so
-    that the result depends on `seed` alone.
+    Adam on the negative log-likelihood, with a cosine schedule; the epoch that is best on held-out vehicles is kept.
+    One thread, so that the result depends on `seed` alone.
 
     Raises:
         GpsecError: there are too few sequences to hold some out.
@@ -89,8 +90,8 @@ def to_arrays(model: ResidualLstm) -> Learned:
     return {
         "weight": np.ascontiguousarray(both, np.float32),
         "bias": weights["lstm.bias_ih_l0"] + weights["lstm.bias_hh_l0"],
-        "head": weights["head.weight"][0].copy(),
-        "offset": np.asarray(weights["head.bias"][0], np.float32),
+        "head": np.ascontiguousarray(weights["head.weight"].T),
+        "offset": weights["head.bias"].copy(),
     }
 
 
@@ -104,7 +105,7 @@ def _sequences(logs: Sequence[ResidualLog], seed: int) -> Sequences:
         scale = grid.scale_m[vehicle]
         residual = np.clip(grid.residual_m[steps, vehicle] / scale, -TARGET_CLIP, TARGET_CLIP)
         columns = [
-            np.clip(np.concatenate([[0.0], residual[:-1]]), -CLIP, CLIP),
+            np.clip(np.concatenate([np.zeros(DELAY), residual])[: len(residual)], -CLIP, CLIP),
             np.clip(40.0 * grid.curvature_per_m[steps, vehicle], -4.0, 4.0),
             np.minimum(0.05 * grid.speed_mps[steps, vehicle], 4.0),
             np.minimum(grid.camera_sigma_m[steps, vehicle] / scale, 4.0),
@@ -122,9 +123,32 @@ def _sequences(logs: Sequence[ResidualLog], seed: int) -> Sequences:
     return Sequences(torch.from_numpy(padded), torch.from_numpy(target), torch.from_numpy(weight))
 
 
-def _loss(model: ResidualLstm, batch: Sequences) -> tuple[torch.Tensor, torch.Tensor]:
-    """Return the summed loss and the number of samples."""
-    loss = nn.functional.huber_loss(model(batch.inputs), batch.target, reduction="none", delta=2.0)
+def averaging(length: int) -> torch.Tensor:
+    """Return (S, length, length) weights of errors, the columns, in the mean at each step, the rows, as in `Lstm`.
+
+    They are scaled such that white noise keeps its variance.
+    """
+    age = np.arange(length)[:, None] - np.arange(length)[None, :]
+    scales: list[Floats] = []
+    for decay in DECAYS:
+        weight = np.where(age >= 0, np.power(decay, np.maximum(age, 0)), 0.0)
+        scales.append(weight / np.sqrt((weight * weight).sum(axis=1, keepdims=True)))
+    return torch.from_numpy(np.stack(scales).astype(np.float32))
+
+
+def _loss(model: ResidualLstm, batch: Sequences, weights: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+    """Return the summed negative log-likelihood of the errors at every scale, and the number of samples.
+
+    The prediction is learned from single errors alone. From means over many, it would learn to make errors that cancel
+    those before.
+    """
+    output = model(batch.inputs)
+    error = (batch.target - output[..., 0]) * batch.weight
+    loss = torch.zeros_like(error)
+    for scale, weight in enumerate(weights):
+        mean = error if DECAYS[scale] == 0.0 else error.detach() @ weight.T
+        log_variance = output[..., 1 + scale]
+        loss = loss + 0.5 * (mean * mean * torch.exp(-log_variance) + log_variance)
     return (loss * batch.weight).sum(), batch.weight.sum()
 
 
@@ -132,13 +156,14 @@ def _fit(train: Sequences, check: Sequences, progress: Progress) -> ResidualLstm
     model = ResidualLstm()
     best, best_loss, stale = copy.deepcopy(model), float("inf"), 0
     optimizer = torch.optim.Adam(model.parameters(), lr=LEARNING_RATE)
+    weights = averaging(LENGTH)
     batches = -(-len(train) // BATCH)
     schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, EPOCHS * batches)
     for epoch in range(EPOCHS):
         progress("training lstm", epoch, EPOCHS)
         model.train()
         for batch in train.batches(torch.randperm(len(train))):
-            total, count = _loss(model, batch)
+            total, count = _loss(model, batch, weights)
             optimizer.zero_grad()
             (total / count).backward()  # type: ignore[no-untyped-call]
             nn.utils.clip_grad_norm_(model.parameters(), 1.0)
@@ -146,7 +171,7 @@ def _fit(train: Sequences, check: Sequences, progress: Progress) -> ResidualLstm
             schedule.step()
         model.eval()
         with torch.inference_mode():
-            losses = [_loss(model, batch) for batch in check.batches(torch.arange(len(check)))]
+            losses = [_loss(model, batch, weights) for batch in check.batches(torch.arange(len(check)))]
         loss = float(sum(total for total, _ in losses)) / float(sum(count for _, count in losses))
         if loss < best_loss - 1e-5:
             best, best_loss, stale = copy.deepcopy(model), loss, 0

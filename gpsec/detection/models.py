@@ -112,12 +112,13 @@ def build_detectors(
     for name in names:
         entry = DETECTORS[name]
         learned: list[Learned] = []
-        if entry.learn is not None:
+        source = name if entry.learn is not None else entry.learns_from
+        if source is not None:
             for profile in profiles:
                 arrays = _of(models, profile, matching).learned
-                if name not in arrays:
-                    raise GpsecError(f"model of profile '{profile}', matching '{matching}': no {name}; {_RETRAIN}")
-                learned.append(arrays[name])
+                if source not in arrays:
+                    raise GpsecError(f"model of profile '{profile}', matching '{matching}': no {source}; {_RETRAIN}")
+                learned.append(arrays[source])
         detectors.append(entry.build(learned))
     return detectors
 

@@ -11,6 +11,7 @@ from gpsec.detection.isolation_forest import IsolationForest
 from gpsec.detection.learned import Learned, Progress
 from gpsec.detection.logs import ResidualLog
 from gpsec.detection.lstm import Lstm
+from gpsec.detection.lstm_cusum import LstmCusum
 from gpsec.registry import Registry
 
 
@@ -20,15 +21,17 @@ class Entry:
 
     Attributes:
         description: one line for a list.
-        build: makes it for profiles, given what it learned on each; nothing where `learn` is None.
+        build: makes it for profiles, given what was learned on each; nothing where there is nothing to learn.
         learn: learn(logs, seed, progress) gives the arrays for one profile and matching.
         threshold: what it is compared with where that is not calibrated, None where it is.
+        learns_from: the detector before it in the registry whose arrays it is built of, where it has none of its own.
     """
 
     description: str
     build: Callable[[Sequence[Learned]], Detector | LabelledDetector]
     learn: Callable[[Sequence[ResidualLog], int, Progress], Learned] | None = None
     threshold: float | None = None
+    learns_from: str | None = None
 
 
 # Training needs scipy, scikit-learn and torch; a run does not, so they are imported by the one who trains.
@@ -59,6 +62,11 @@ DETECTORS: Registry[Entry] = Registry(
             "isolation forest on windows of the residual", IsolationForest.from_learned, _learn_forest
         ),
         Lstm.name: Entry("squared error of an LSTM's prediction of the residual", Lstm.from_learned, _learn_lstm),
+        LstmCusum.name: Entry(
+            "two-sided cumulative sums of the error of the LSTM's prediction",
+            LstmCusum.from_learned,
+            learns_from=Lstm.name,
+        ),
         Oracle.name: Entry("is told the truth: the upper bound", lambda learned: Oracle(), threshold=0.5),
         Never.name: Entry("never raises an alarm: the lower bound", lambda learned: Never(), threshold=1.0),
     },

@@ -72,6 +72,8 @@ def train_one(
         if entry.learn is not None:
             learned[name] = entry.learn(training, seed, progress)
             arrays = [learned[name]]
+        elif entry.learns_from is not None:
+            arrays = [learned[entry.learns_from]]
         detector = entry.build(arrays)
         if not isinstance(detector, Detector) or entry.threshold is not None:
             continue

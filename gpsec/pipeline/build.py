@@ -2,13 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from gpsec.attacks.carried import plans_from_vehicles
 from gpsec.attacks.schedule import Plan, build_plans
 from gpsec.attacks.zones import plans_from_zones, zone_keys
-from gpsec.detection.models import build_detectors, thresholds_for
+from gpsec.detection.models import build_detectors, load, thresholds_for
 from gpsec.engine import Watchers
 from gpsec.hdmap.map import HDMap, load_map
 from gpsec.hdmap.search import MODES
@@ -87,10 +88,11 @@ def make_watchers(scenario: Scenario, ground: Ground) -> Watchers:
     used = {defence.detector for defence in scenario.defences}
     names = (*scenario.detection.detectors, *(bound for bound in BOUNDS if bound in used))
     profiles, matching = ground.choice.profiles, scenario.fleet.matching
+    models = None if scenario.detection.models is None else load(Path(scenario.detection.models))
     return Watchers(
         names=names,
-        detectors=tuple(build_detectors(names, profiles, matching)),
-        thresholds=thresholds_for(names, profiles, matching, scenario.detection.false_alarm_rate),
+        detectors=tuple(build_detectors(names, profiles, matching, models)),
+        thresholds=thresholds_for(names, profiles, matching, scenario.detection.false_alarm_rate, models),
         scale_m=np.array([residual_sigma_m(PROFILES[name]) for name in profiles]),
     )
 

@@ -14,8 +14,10 @@ from gpsec.detection.base import Detector, LabelledDetector
 from gpsec.detection.bounds import Never, Oracle
 from gpsec.detection.chi_square import ChiSquare
 from gpsec.detection.cusum import Cusum
+from gpsec.detection.forecast import CLIP, DELAY, Forecaster
 from gpsec.detection.isolation_forest import WINDOW, IsolationForest
-from gpsec.detection.lstm import CLIP, Lstm
+from gpsec.detection.lstm import DECAYS, Lstm
+from gpsec.detection.lstm_cusum import LstmCusum
 from gpsec.errors import GpsecError, nearest
 from gpsec.reference.forest import PlainForest
 from gpsec.reference.network import PlainNetwork
@@ -173,45 +175,100 @@ class ForestWatch(Watch):
         return self._forest.score(np.clip(features, -1e6, 1e6))
 
 
-class LstmWatch(Watch):
-    """Mean squared error of an LSTM that predicts the residual (Eq 10)."""
+class ForecastWatch(Watch):
+    """What both detectors do that ask the LSTM what to expect."""
 
-    def __init__(self, detector: Lstm, network: PlainNetwork, scale: Scale) -> None:
+    def __init__(self, detector: Forecaster, network: PlainNetwork, scale: Scale) -> None:
         super().__init__(scale)
         self._network = network
-        self._patience = detector.distrust
-        self._errors: deque[float] = deque(maxlen=detector.window)
-        self._memory = network.blank()
-        self._fed = self._prediction = 0.0
-        self._distrust = 0
+        self._patience, self._plausible = detector.distrust, detector.plausible
+        self.forget()
 
     def forget(self) -> None:
-        """Empty memory and window."""
-        self._errors.clear()
+        """Empty the memory."""
         self._memory = self._network.blank()
-        self._fed = 0.0
+        self._waiting = deque([0.0] * DELAY)
+        self._prediction = 0.0
         self._distrust = 0
 
-    def score(self, z: float, sight: Sight, elapsed_s: float) -> float | None:
-        """Return ξ = (1/n)·Σ (z - ẑ)²."""
+    def expect(self, sight: Sight) -> tuple[float, list[float]]:
+        """Return the residual that the network expects, and the variance of its error at each scale."""
         inputs = [
-            self._fed,
+            self._waiting.popleft(),
             float(np.clip(40.0 * sight.curvature_per_m, -4.0, 4.0)),
             min(sight.speed_mps / 20.0, 4.0),
             min(sight.camera_sigma_m / self.scale.scale_m, 4.0),
         ]
-        self._prediction, self._memory = self._network.predict(inputs, self._memory)
-        self._errors.append(z - self._prediction)
-        return float(np.mean(np.square(self._errors))) if len(self._errors) == self._errors.maxlen else None
+        (self._prediction, *log_variances), self._memory = self._network.predict(inputs, self._memory)
+        return self._prediction, [exp(value) for value in log_variances]
 
     def learn(self, z: float) -> None:
-        """Feed the residual, or the prediction where a larger residual is not to be believed."""
+        """Let the residual wait, or the prediction where a large residual is not to be believed."""
         if self.alarm:
             self._distrust = self._patience
-        doubtful = self._distrust > 0 and abs(z) > abs(self._prediction)
-        self._fed = float(np.clip(self._prediction if doubtful else z, -CLIP, CLIP))
+        doubtful = self._distrust > 0 and abs(z) > max(abs(self._prediction), self._plausible)
+        self._waiting.append(float(np.clip(self._prediction if doubtful else z, -CLIP, CLIP)))
         if not self.alarm:
             self._distrust = max(self._distrust - 1, 0)
+
+
+class LstmWatch(ForecastWatch):
+    """Squared error of an LSTM that predicts the residual (Eq 10), at several time scales."""
+
+    def __init__(self, detector: Lstm, network: PlainNetwork, scale: Scale) -> None:
+        self._enough = detector.enough
+        super().__init__(detector, network, scale)
+
+    def forget(self) -> None:
+        """Empty memory and evidence."""
+        super().forget()
+        self._errors: list[float] = []
+
+    def score(self, z: float, sight: Sight, elapsed_s: float) -> float | None:
+        """Return the largest (Σ λʲ·e)² / (Σ λ²ʲ · σ²)."""
+        prediction, variances = self.expect(sight)
+        error = z - prediction
+        if self.alarm and self._errors:
+            values, means = zip(*(self._at(decay, v) for decay, v in zip(DECAYS, variances, strict=True)), strict=True)
+            offset = means[int(np.argmax(values))]
+            if (offset * error - 0.5 * offset**2) / variances[0] < -self._enough:
+                self._errors.clear()
+        self._errors.append(error)
+        return max(self._at(decay, v)[0] for decay, v in zip(DECAYS, variances, strict=True))
+
+    def _at(self, decay: float, variance: float) -> tuple[float, float]:
+        """Return the statistic and the mean error at one scale."""
+        weights = np.power(decay, np.arange(len(self._errors))[::-1])
+        total = float(weights @ self._errors)
+        return total**2 / float(weights @ weights) / variance, total * (1.0 - decay)
+
+
+class LstmCusumWatch(ForecastWatch):
+    """Two-sided CUSUM of the errors of the LSTM's prediction."""
+
+    def __init__(self, detector: LstmCusum, network: PlainNetwork, scale: Scale) -> None:
+        self._is = detector
+        self._up = self._down = 0.0
+        super().__init__(detector, network, scale)
+
+    def forget(self) -> None:
+        """Empty the memory; an alarm that is held goes on until samples end it."""
+        super().forget()
+        if not self.alarm:
+            self._up = self._down = 0.0
+
+    def score(self, z: float, sight: Sight, elapsed_s: float) -> float | None:
+        """Return the larger of the two sums."""
+        prediction, variances = self.expect(sight)
+        e = float(np.clip((z - prediction) / sqrt(variances[0]), -self._is.clip, self._is.clip))
+        # What lasts is in the variance of the weighted sum once for every pair of samples, what does not only once.
+        pairs = (1.0 + DECAYS[-1]) / (1.0 - DECAYS[-1])
+        lasting = max(variances[-1] - variances[0], 0.0) / (pairs - 1.0)
+        slack = self._is.slack + self._is.reach * sqrt(lasting / variances[0])
+        up, down = max(0.0, self._up + e - slack), max(0.0, self._down - e - slack)
+        cap = self.scale.threshold + self._is.margin * slack
+        self._up, self._down = min(up, cap), min(down, cap)
+        return max(up, down)
 
 
 class NeverWatch(Watch):
@@ -257,13 +314,16 @@ def watch_maker(detector: Detector | LabelledDetector, profiles: int) -> MakeWat
     if isinstance(detector, IsolationForest):
         forests = [PlainForest(detector.learned[profile]) for profile in range(profiles)]
         return lambda scale: ForestWatch(forests[scale.profile], scale)
-    if isinstance(detector, Lstm):
+    if isinstance(detector, Forecaster):
         networks = [PlainNetwork(detector.learned[profile]) for profile in range(profiles)]
+    if isinstance(detector, Lstm):
         return lambda scale: LstmWatch(detector, networks[scale.profile], scale)
+    if isinstance(detector, LstmCusum):
+        return lambda scale: LstmCusumWatch(detector, networks[scale.profile], scale)
     if isinstance(detector, Never):
         return NeverWatch
     if isinstance(detector, Oracle):
         return OracleWatch
-    known = [kind.name for kind in (ChiSquare, Cusum, IsolationForest, Lstm, Never, Oracle)]
+    known = [kind.name for kind in (ChiSquare, Cusum, IsolationForest, Lstm, LstmCusum, Never, Oracle)]
     name = cast("Detector", detector).name
     raise GpsecError(f"the reference engine has no detector '{name}': {nearest(name, known)}")

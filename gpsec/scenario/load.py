@@ -33,6 +33,7 @@ def load_scenario(argument: str | Path, overrides: Sequence[Override] = ()) -> S
     file = str(found.toml or found.sumocfg or found.folder)
     raw["sumocfg"] = _sumocfg(raw, found, file, changes)
     raw.setdefault("name", _as_name(raw["sumocfg"], found))
+    _find_models(raw, found, file, changes)
     if isinstance(raw.get("plans"), list):
         raw["plans"] = [_plan(table, place, file, changes) for place, table in enumerate(raw["plans"])]
     try:
@@ -69,6 +70,26 @@ def _sumocfg(raw: dict[str, Any], found: Found, file: str, overrides: list[Overr
     if not there:
         raise GpsecError(f"{where}: expected a .sumocfg, found no file {path}")
     return path
+
+
+def _find_models(raw: dict[str, Any], found: Found, file: str, overrides: list[Override]) -> None:
+    """Replace the folder of `detection.models` by its full path: from the scenario's folder, or in a flag from here."""
+    section = raw.get("detection")
+    stated = section.get("models") if isinstance(section, dict) else None
+    if not isinstance(section, dict) or not isinstance(stated, str) or stated == "none":
+        return
+    key = ("detection", "models")
+    source = origin(key, file, overrides)
+    try:
+        path = expand(stated, found.folder if source == file else Path())
+        there = path.is_dir()
+    except UNUSABLE as error:
+        raise GpsecError(
+            f"{source}: detection.models: expected a folder, found {shown(stated)}: {reason(error)}"
+        ) from None
+    if not there:
+        raise GpsecError(f"{source}: detection.models: expected a folder with models, found none at {path}")
+    raw["detection"] = {**section, "models": str(path)}
 
 
 def _as_name(sumocfg: Path, found: Found) -> str:

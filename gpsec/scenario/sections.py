@@ -90,10 +90,13 @@ class DetectionSection(Section):
     Attributes:
         detectors: those that are scored (`gpsec list detectors`), in the order of the tables.
         false_alarm_rate: the rate that all thresholds are calibrated to, per sample or per vehicle-hour.
+        models: folder of the models, as `gpsec train --out` wrote it; relative to the scenario's folder, in a flag to
+            the current one; unset takes those that gpsec comes with.
     """
 
     detectors: tuple[str, ...] = Field(("chi_square", "cusum", "isolation_forest", "lstm"), strict=False)
     false_alarm_rate: str = "1e-3/sample"
+    models: Annotated[str | None, Unset] = None
 
     @field_validator("detectors")
     @classmethod

@@ -1,11 +1,12 @@
 import numpy as np
 import pytest
 
-from gpsec.detection.calibration import MIN_EVENTS, RATES, calibrate, replay
+from gpsec.detection.calibration import MIN_EVENTS, calibrate, replay
 from gpsec.detection.chi_square import ChiSquare
 from gpsec.detection.cusum import Cusum
 from gpsec.detection.logs import Grid
 from gpsec.detection.lstm import Lstm
+from gpsec.detection.lstm_cusum import LstmCusum
 
 from .synthetic import make_log
 
@@ -23,20 +24,24 @@ def test_threshold_of_a_normal_deviate():
     assert found.achieved == pytest.approx(1e-3, rel=0.05)
 
 
-@pytest.mark.parametrize("name", ["chi_square", "cusum", "lstm"])
+@pytest.mark.parametrize("name", ["chi_square", "cusum", "lstm", "lstm_cusum"])
 def test_rate_on_other_data_is_the_one_asked_for(name, model):
     detector = {
         "chi_square": lambda: ChiSquare(),
         "cusum": lambda: Cusum.from_learned([model.learned["cusum"]]),
         "lstm": lambda: Lstm.from_learned([model.learned["lstm"]]),
+        "lstm_cusum": lambda: LstmCusum.from_learned([model.learned["lstm"]]),
     }[name]()
     # Short correlation, so that there are many independent samples in little data.
     logs = [make_log(100, 700, seed=seed, tau_s=3.0, chord_m=0.0, gaps=False) for seed in (31, 32)]
     found = calibrate(detector, logs[:1])["1e-3/sample"]
     assert found is not None
     assert found.achieved == pytest.approx(1e-3, rel=0.25)
-    held_out = replay(detector, Grid.of(logs[1:]), [found.threshold], settle_s=10.0)
-    assert 0.4e-3 < held_out.rate(0, RATES["1e-3/sample"]) < 2.2e-3
+    held_out = replay(detector, Grid.of(logs[1:]), found.threshold, settle_s=10.0)
+    assert 0.4e-3 < held_out.alarmed / held_out.scored < 2.2e-3
+    # Only vehicles that may be in alarm are replayed to find the threshold; all of them together have that rate.
+    whole = replay(detector, Grid.of(logs[:1]), found.threshold, settle_s=10.0)
+    assert whole.alarmed / whole.scored == found.achieved
 
 
 def test_too_little_data_is_not_extrapolated():
@@ -64,8 +69,9 @@ def test_replay_counts_by_hand():
     values[0, [5, 20, 21]] = 10.0  # the first is before settling
     values[1, [30]] = 10.0
     log.residual_m[:] = 0.3 * values.ravel()
-    seen = replay(ChiSquare(window=1), Grid.of([log]), [50.0, 200.0], settle_s=1.0)
-    assert seen.scored.tolist() == [60.0, 60.0]
-    assert seen.alarmed.tolist() == [3.0, 0.0]
-    assert seen.onsets.tolist() == [2.0, 0.0]
-    assert seen.hours.tolist() == pytest.approx([6.0 / 3600.0] * 2)
+    low, high = (replay(ChiSquare(window=1), Grid.of([log]), threshold, settle_s=1.0) for threshold in (50.0, 200.0))
+    assert (low.scored, low.alarmed, low.onsets) == (60, 3, 2)
+    assert (high.scored, high.alarmed, high.onsets) == (60, 0, 0)
+    assert low.hours == pytest.approx(6.0 / 3600.0)
+    assert low.peak.tolist() == pytest.approx([100.0, 100.0])
+    assert np.sort(low.statistic)[-4:].tolist() == pytest.approx([0.0, 100.0, 100.0, 100.0])

@@ -23,9 +23,13 @@ def test_grid_aligns_vehicles_at_their_first_step_and_fills_missing_steps():
     assert [v for v, _ in sessions(grid, gap_steps=1)] == [0, 1, 1]
 
 
-def test_copies_own_rows_of_their_own():
+def test_select_keeps_the_chosen_vehicles():
     grid = Grid.of([make_log(3, 5, seed=1)])
-    assert grid.observe(0, copies=2).rows.tolist() == [0, 1, 2, 3, 4, 5]
+    chosen = grid.select(np.asarray([True, False, True]))
+    assert chosen.length.tolist() == [5, 5]
+    assert chosen.residual_m.tolist() == grid.residual_m[:, [0, 2]].tolist()
+    nobody = grid.select(np.zeros(3, np.bool_))
+    assert (len(nobody.length), len(nobody.valid)) == (0, 0)
 
 
 def test_split_parts_vehicles_and_is_repeatable():

@@ -16,7 +16,8 @@ from gpsec.detection.forest_training import flatten
 from gpsec.detection.isolation_forest import WINDOW, IsolationForest
 from gpsec.detection.learned import Learned
 from gpsec.detection.lstm import Lstm
-from gpsec.detection.lstm_cell import HIDDEN, INPUTS
+from gpsec.detection.lstm_cell import HIDDEN, INPUTS, OUTPUTS
+from gpsec.detection.lstm_cusum import LstmCusum
 from gpsec.engine import Method, Stopwatch, Watchers
 from gpsec.localization.camera_ukf import CameraUkf
 from gpsec.localization.dead_reckoning import DeadReckoning
@@ -114,13 +115,14 @@ def watchers_for(profiles: Sequence[str]) -> Watchers:
         Cusum.from_learned([one["cusum"] for one in learned]),
         IsolationForest.from_learned([one["isolation_forest"] for one in learned]),
         Lstm.from_learned([one["lstm"] for one in learned]),
+        LstmCusum.from_learned([one["lstm"] for one in learned]),
         Never(),
         Oracle(),
     )
     return Watchers(
         names=tuple(detector.name for detector in detectors),
         detectors=detectors,
-        thresholds=np.tile([4.0, 6.0, 0.62, 4.0, 0.5, 0.5], (len(profiles), 1)),
+        thresholds=np.tile([4.0, 6.0, 0.62, 4.0, 6.0, 0.5, 0.5], (len(profiles), 1)),
         scale_m=np.array([residual_sigma_m(PROFILES[name]) for name in profiles]),
     )
 
@@ -140,8 +142,8 @@ def _network(seed: int) -> Learned:
     return {
         "weight": weights(len(INPUTS) + HIDDEN, 4 * HIDDEN),
         "bias": weights(4 * HIDDEN),
-        "head": weights(HIDDEN),
-        "offset": weights(),
+        "head": weights(HIDDEN, OUTPUTS),
+        "offset": weights(OUTPUTS),
     }
 
 

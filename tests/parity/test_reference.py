@@ -56,7 +56,7 @@ def test_network_is_that_of_torch():
         prediction, memory = plain.predict(row, memory)
         found.append(prediction)
     # The two biases of torch are added in float32 when the weights are stored.
-    assert found == pytest.approx(expected, abs=1e-6)
+    assert np.asarray(found) == pytest.approx(np.asarray(expected), abs=1e-6)
 
 
 class Unheard(Detector):
