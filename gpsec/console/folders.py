@@ -18,6 +18,8 @@ _AS_PARQUET = ("events.parquet", "vehicles.parquet", "places.parquet")
 _WRITTEN_BY_RUNS = (MANIFEST, REPORT, *(f"{table}.csv" for table in _TABLES), *_AS_PARQUET)
 # What each scenario has one of, under a name of its own where a run has several.
 _ONE_EACH = ("steps.parquet", "steps-*.parquet", "map.geojson", "map-*.geojson")
+# What other commands made of a run goes with it.
+_MADE_OF_RUNS = ("comparison.html", "places.geojson", "trace-*.html")
 
 
 def check_output(out: Path, overwrite: bool) -> None:
@@ -155,7 +157,7 @@ def _put(made: Path, out: Path, former: Path) -> None:
         return
     # The folder stays what it is: somebody may stand in it, or it is where a disk is mounted.
     former.mkdir()
-    each = [path.name for pattern in _ONE_EACH for path in out.glob(pattern)]
+    each = [path.name for pattern in (*_ONE_EACH, *_MADE_OF_RUNS) for path in out.glob(pattern)]
     for name in (*_WRITTEN_BY_RUNS, *each):
         if (out / name).exists():
             shutil.move(out / name, former / name)

@@ -25,7 +25,8 @@ def made(here: Path) -> Path:
 def test_replacing_a_run_keeps_what_no_run_wrote(here: Path) -> None:
     out = here / "out"
     out.mkdir()
-    for name in ("manifest.json", "steps.parquet", "mine.csv", "notes.json", "page.html"):
+    former = ("manifest.json", "steps.parquet", "report.html", "trace-car.html", "places.geojson", "map-a.geojson")
+    for name in (*former, "mine.csv", "notes.json", "page.html"):
         (out / name).write_text("old")
     publish(made(here), out, here / "work" / "former", overwrite=True)
     assert {path.name: path.read_text() for path in out.iterdir()} == {

@@ -1,5 +1,6 @@
 """The code in docs/analysis.md runs, and answers what it says."""
 
+import json
 import re
 import runpy
 import shutil
@@ -70,3 +71,11 @@ def test_runs_of_other_seeds(names, run_folder, tmp_path):
     mean, half = names["over_seeds"]([run_folder, other], "bias")
     assert mean == 0.5  # all of them, and none
     assert half == pytest.approx(12.706 * 0.5, rel=1e-4)  # t for one degree of freedom, s / √2 = 0.5
+
+
+def test_the_notebook_has_the_same_code(repository):
+    made = runpy.run_path(str(repository / "docs" / "notebook.py"))["notebook"](GUIDE)
+    assert (repository / "docs" / "analysis.ipynb").read_text("utf-8") == made
+    cells = json.loads(made)["cells"]
+    code = ["".join(cell["source"]) for cell in cells if cell["cell_type"] == "code"]
+    assert code == [block.strip() for block in re.findall(r"```python\n(.*?)```", GUIDE, re.DOTALL)]
