@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 SCENARIOS := scenarios/town scenarios/highway scenarios/sharp_turns scenarios/slow_curve
 
-.PHONY: help setup fleet-eval bench train nets docs test lint check clean
+.PHONY: help setup fleet-eval bench paper-tables train nets docs test lint check clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
@@ -24,6 +24,9 @@ fleet-eval: $(READY) ## run the four evaluation scenarios into results/fleet-eva
 
 bench: $(READY) ## measure what it costs, against bare SUMO, into results/bench.json
 	$(BIN)/python -m benchmarks
+
+paper-tables: $(READY) ## re-create the paper's tables in results/paper; goes on where it stopped
+	$(BIN)/gpsec paper
 
 train: $(READY) ## train and calibrate the detectors into gpsec/models
 	$(BIN)/gpsec train

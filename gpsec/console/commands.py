@@ -377,3 +377,26 @@ def train(
 
     chosen = NETWORKS if networks is None else [name.strip() for name in networks.split(",")]
     train_models(seed=seed, out=out, jobs=jobs, networks=chosen)
+
+
+@app.command()
+def paper(
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where tables and runs go.")] = Path(
+        "results/paper"
+    ),
+    folder: Annotated[Path, typer.Option("--dir", metavar="DIR", help="Where scenarios are.")] = Path("scenarios"),
+    quick: Annotated[bool, typer.Option("--quick", help="Short runs and one seed: wide intervals.")] = False,
+    jobs: Annotated[
+        int | None, typer.Option(min=1, metavar="N", help="Runs at a time. [default: the cores there are]")
+    ] = None,
+) -> None:
+    """Re-create the paper's tables and figures, set beside its own numbers; goes on where an earlier call stopped.
+
+    \b
+    Examples:
+      gpsec paper
+      gpsec paper --quick --out /tmp/paper
+    """  # noqa: D301
+    from gpsec.console.paper import make_paper
+
+    make_paper(out, folder, quick, jobs)

@@ -1,0 +1,104 @@
+"""What was aimed at, held against the tables: a goal that is missed is said to be."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import pandas as pd
+
+from gpsec.outcomes.paper import TABLE_I, TABLES_II_TO_IV
+from gpsec.paper.studies import CONSTANT, SET_UPS, SLOW_STEALTH, STEALTH
+from gpsec.paper.tables import LEARNED, METRICS, Row, at
+
+_MOST_F1_DROP = 0.02
+_REPORTED = {"precision": "at least", "recall": "at least", "f1": "at least", "delay_mean_s": "at most"}
+
+
+@dataclass(frozen=True)
+class Goal:
+    """One goal, what was wanted and what was found."""
+
+    what: str
+    wanted: str
+    found: str
+    met: bool
+
+
+def goals(tables: Mapping[int, Sequence[Row]], consistency: pd.DataFrame) -> list[Goal]:
+    """Return all goals with what the tables say of them."""
+    return [
+        *_detection(_index(tables[1])),
+        *_localization(tables),
+        *_responses(_index(tables[3])),
+        *_consistent(consistency),
+    ]
+
+
+def _consistent(table: pd.DataFrame) -> Iterator[Goal]:
+    squares = table[table["quantity"].isin(["NIS", "NEES position"])]
+    for (profile, name), rows in squares.groupby(["profile", "filter"], sort=False):
+        found = ", ".join(f"{row['quantity']} {row['mean']:.2f}" for row in rows.to_dict("records"))
+        yield Goal(f"{name}, {profile}: within the 95 % bounds", "2", found, bool(rows["consistent"].all()))
+
+
+def _index(rows: Sequence[Row]) -> dict[tuple[str, str], Row]:
+    return {(row.row, row.metric): row for row in rows}
+
+
+def _detection(rows: Mapping[tuple[str, str], Row]) -> Iterator[Goal]:
+    for profile, network in SET_UPS.items():
+        label = at(f"{profile} on {network}")
+        for attack in (CONSTANT, STEALTH):
+            published = TABLE_I[attack, LEARNED]
+            wanted = dict(
+                zip(METRICS, (published.precision, published.recall, published.f1, published.delay_s), strict=True)
+            )
+            for metric, figure in wanted.items():
+                row = rows[f"{label} / {attack} / {LEARNED}", metric]
+                bound = _REPORTED[metric]
+                yield _goal(f"{LEARNED}, {profile}, {attack}: {metric}", bound, figure, row)
+            lead = rows[f"{label} / {attack} / {LEARNED} − best baseline", "f1"]
+            met = lead.lo is not None and lead.lo > 0.0
+            yield Goal(
+                f"F1 of the {LEARNED} minus the best baseline's, {profile}, {attack}",
+                "above 0",
+                _with_interval(lead),
+                met,
+            )
+        for attack in (CONSTANT, STEALTH):
+            row = rows[f"generalisation / {profile} / {attack} / {LEARNED}", "f1_drop"]
+            met = row.gpsec is not None and row.gpsec < _MOST_F1_DROP
+            yield Goal(
+                f"F1 drop on unseen networks, {profile}, {attack}", f"below {_MOST_F1_DROP:g}", _with_interval(row), met
+            )
+
+
+def _localization(tables: Mapping[int, Sequence[Row]]) -> Iterator[Goal]:
+    for number, published in enumerate(TABLES_II_TO_IV, start=2):
+        rows = _index(tables[number])
+        for defence in (f"{LEARNED}+ukf", "oracle+ukf", f"{LEARNED}+ukf5_rollback"):
+            row = rows[f"{CONSTANT} / {defence}", "rmse_xy_m"]
+            yield _goal(f"RMSE xy, {published.profile}, {defence}", "at most", published.mitigated_m[2], row)
+
+
+def _responses(rows: Mapping[tuple[str, str], Row]) -> Iterator[Goal]:
+    for attack in (STEALTH, SLOW_STEALTH):
+        before = rows[f"{attack} / {LEARNED}+ukf", "rmse_xy_m"]
+        after = rows[f"{attack} / {LEARNED}+ukf5_rollback", "rmse_xy_m"]
+        if before.gpsec is None or after.gpsec is None:
+            continue
+        share = after.gpsec / before.gpsec
+        yield Goal(
+            f"carla, {attack}: RMSE xy of ukf5_rollback ÷ the paper's UKF", "at most 0.5", f"{share:.2f}", share <= 0.5
+        )
+
+
+def _goal(what: str, bound: str, wanted: float, row: Row) -> Goal:
+    met = row.gpsec is not None and (row.gpsec <= wanted if bound == "at most" else row.gpsec >= wanted)
+    return Goal(what, f"{bound} {wanted:g}", _with_interval(row), met)
+
+
+def _with_interval(row: Row) -> str:
+    if row.gpsec is None:
+        return "undefined"
+    interval = "" if row.lo is None or row.hi is None else f" ({row.lo:.3g} to {row.hi:.3g})"
+    return f"{row.gpsec:.3g}{interval}"

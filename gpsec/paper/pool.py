@@ -1,0 +1,141 @@
+"""Figures of pooled events, from the tables that runs write: every number is made from CSV alone."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from gpsec.arrays import Floats
+from gpsec.outcomes import metrics
+from gpsec.outcomes.bootstrap import Bootstrap
+from gpsec.outcomes.metrics import Figures
+from gpsec.outcomes.tables import read_table
+
+BOOTSTRAP = Bootstrap(seed=2026, replicates=2000, confidence=0.95)
+
+_SAMPLES = ["true_positives", "false_positives", "false_negatives"]
+ERRORS = ("rmse_x_m", "rmse_y_m", "rmse_xy_m", "rmse_cross_track_m", "rmse_along_track_m")
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A figure with its 95 % interval (percentile bootstrap over vehicles) and the number of events behind it."""
+
+    value: float | None
+    low: float | None
+    high: float | None
+    n: int
+
+
+def read(folders: Sequence[Path], table: str) -> pd.DataFrame:
+    """Return a table of several runs, one after the other; `run` names the run of each row."""
+    parts = [read_table(folder, table).assign(run=folder.name) for folder in folders]
+    return pd.concat(parts, ignore_index=True)
+
+
+def of_detector(events: pd.DataFrame, detector: str, attack: str) -> pd.DataFrame:
+    """Return the events of an attack as one detector saw them: one row each, whichever defences listened to it."""
+    mine = events[(events["detector"] == detector) & (events["attack"] == attack)]
+    return mine[mine["response"] == mine["response"].iloc[0]] if len(mine) else mine
+
+
+def of_defence(events: pd.DataFrame, defence: str, attack: str) -> pd.DataFrame:
+    """Return the events of an attack under one defence."""
+    return events[(events["defence"] == defence) & (events["attack"] == attack)]
+
+
+def detection(events: pd.DataFrame) -> dict[str, Estimate]:
+    """Return precision, recall, F1 and mean delay of the events of one detector, and the share it saw."""
+    delay = events["detection_delay_s"].fillna(0.0)
+    columns = [*(events[name] for name in _SAMPLES), delay, events["detected"]]
+    return _estimates(
+        _table(columns),
+        {
+            "precision": lambda s: metrics.precision(s[..., 0], s[..., 1], s[..., 2]),
+            "recall": lambda s: metrics.recall(s[..., 0], s[..., 2]),
+            "f1": _f1,
+            "delay_mean_s": lambda s: metrics.ratio(s[..., 3], s[..., 4]),
+            "detected_share": lambda s: metrics.ratio(s[..., 4], s[..., 5]),
+        },
+    )
+
+
+def f1_lead(mine: pd.DataFrame, others: Sequence[pd.DataFrame]) -> Estimate:
+    """Return the F1 of a detector minus that of the best of `others` on the same events, resampled in pairs."""
+    same = ["run", "vehicle_id"]
+    frames = [frame.sort_values(same) for frame in (mine, *others)]
+    if any(frame[same].to_numpy().tolist() != frames[0][same].to_numpy().tolist() for frame in frames):
+        raise ValueError("detectors can only be compared on the same events")
+    sums = np.concatenate([_table([frame[name] for name in _SAMPLES]) for frame in frames], axis=1)
+
+    def lead(s: Floats) -> Figures:
+        scores = [_f1(s[..., 4 * k : 4 * k + 3]) for k in range(len(frames))]
+        best = np.max([score.value for score in scores[1:]], axis=0)
+        return Figures(scores[0].value - best, scores[0].known)
+
+    return _estimate(sums, lead)
+
+
+def localization(events: pd.DataFrame) -> dict[str, Estimate]:
+    """Return the pooled errors of the events of one defence: √(Σ rmse² · seconds / Σ seconds)."""
+    seconds = events["attack_seconds"]
+    sums = _table([*(events[name].fillna(0.0) ** 2 * seconds for name in ERRORS), seconds])
+
+    def error(place: int) -> Callable[[Floats], Figures]:
+        return lambda s: metrics.rmse(s[..., place], s[..., len(ERRORS)])
+
+    return _estimates(sums, {name: error(place) for place, name in enumerate(ERRORS)})
+
+
+def share(events: pd.DataFrame, chosen: pd.Series) -> Estimate:
+    """Return the share of the events for which `chosen` holds."""
+    return _estimate(_table([chosen]), lambda s: metrics.ratio(s[..., 0], s[..., 1]))
+
+
+def rate(part: pd.Series, of: pd.Series) -> Estimate:
+    """Return Σ part / Σ of, over vehicles."""
+    return _estimate(_table([part, of]), lambda s: metrics.ratio(s[..., 0], s[..., 1]))
+
+
+def false_alarms(vehicles: pd.DataFrame, detector: str) -> Estimate:
+    """Return the false alarms of a detector for each hour of vehicles without an attack."""
+    mine = vehicles[(vehicles["detector"] == detector) & (vehicles["attack"] == "none")]
+    mine = mine[mine["response"] == mine["response"].iloc[0]]
+    sums = _table([mine["false_alarms"], mine["vehicle_seconds"] / 3600.0])
+    found = _estimate(sums, lambda s: metrics.ratio(s[..., 0], s[..., 1]))
+    if found.value != 0.0:
+        return found
+    bound = metrics.poisson_bound_of_none(sums[:, 1].sum(keepdims=True), BOOTSTRAP.confidence)
+    return Estimate(0.0, 0.0, float(bound.value[0]), found.n)
+
+
+def _f1(sums: Floats) -> Figures:
+    return metrics.f1(sums[..., 0], sums[..., 1], sums[..., 2])
+
+
+def _table(columns: Sequence[pd.Series]) -> Floats:
+    """Return (V, C + 1) values of each vehicle; the last column counts it."""
+    values = [column.to_numpy(np.float64) for column in columns]
+    return np.stack([*values, np.ones(len(values[0]))], axis=1)
+
+
+def _estimates(per_vehicle: Floats, figures: Mapping[str, Callable[[Floats], Figures]]) -> dict[str, Estimate]:
+    """Return figures of (V, C) sums of each vehicle, all from the same resampled fleets."""
+    n = len(per_vehicle)
+    total = per_vehicle.sum(axis=0, keepdims=True)
+    resampled = BOOTSTRAP.sums("paper", per_vehicle)
+    found = {}
+    for name, of in figures.items():
+        value, known = of(total)
+        if not known[0]:
+            found[name] = Estimate(None, None, None, n)
+            continue
+        low, high = metrics.percentile_interval(of(resampled), BOOTSTRAP.confidence)
+        found[name] = Estimate(float(value[0]), float(low.value), float(high.value), n)
+    return found
+
+
+def _estimate(per_vehicle: Floats, of: Callable[[Floats], Figures]) -> Estimate:
+    return _estimates(per_vehicle, {"": of})[""]

@@ -1,0 +1,280 @@
+"""Which runs the tables are made from.
+
+Everything that is scored here is held out: detectors are trained and calibrated on other networks (or, for the
+column of the training networks in the generalisation table, on other seeds), and the two figures of the attacks that
+the paper leaves open are pinned on the training networks before anything is scored.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from gpsec.localization.registry import RESPONSES
+from gpsec.outcomes.paper import TABLES_II_TO_IV
+from gpsec.scenario import Scenario, load_scenario
+from gpsec.scenario.choices import detectors
+
+# Sensor profile -> the network of ours that is like the paper's set-up.
+SET_UPS = {table.profile: table.scenarios[0] for table in TABLES_II_TO_IV}
+TRAINING = ("mountain", "suburb", "beltway")
+EVALUATION = ("slow_curve", "sharp_turns", "town", "highway")
+# Those of them with roads of several lanes.
+CROWDED = ("town", "highway")
+# Traffic and noise; `gpsec train` uses seeds below ten.
+SEEDS = (101, 102, 103)
+# On the one training network that is, like the paper's roads, without junctions: an attack that begins inside one
+# is seen behind it, so that mean delays would tell of junctions.
+PIN_NETWORK, PIN_SEEDS = "mountain", (99, 100)
+
+RATE = "1e-3/sample"
+FURTHER_RATES = ("1e-4/sample", "1/h", "0.1/h")
+
+# Stealth (Eqs 8-9): γ is stated, far below any sensor's noise; δ is pinned. The slow one is for what a filter absorbs.
+GAMMA_M = 0.02
+SLOW_DELTA = 1.05
+PIN_DELTAS = (1.1, 1.2, 1.3, 1.4, 1.6, 1.8, 2.0)
+CURVE_DELTAS = (1.03, 1.05, 1.1, 1.15, 1.2, 1.3, 1.5, 2.0)
+DIRECTIONS_DEG = (0, 15, 30, 45, 60, 90)
+CONSUMER_BIASES_M = (2.4, 5.0, 10.0)
+
+CONSTANT, STEALTH, SLOW_STEALTH, LANE_ALIAS = "constant_bias", "stealth", "slow_stealth", "lane_alias"
+
+Plan = dict[str, Any]
+# What a set of runs is for: a word, then profile and rate, or matching and network.
+Group = tuple[str, ...]
+NONE = ("never", "none")
+# Responses that isolate GNSS, and the paper's own.
+PAPER = ("lstm", "ukf")
+
+
+@dataclass(frozen=True)
+class Pinned:
+    """What is chosen on the training networks, for each profile.
+
+    Attributes:
+        delta: at which the isolation forest's mean delay is the paper's.
+        bias_m: at which the undefended RMSE is the paper's.
+    """
+
+    delta: Mapping[str, float]
+    bias_m: Mapping[str, float]
+
+
+def target_m(profile: str) -> float:
+    """Return the paper's undefended RMSE_xy.
+
+    Its x and y do not agree with its xy for CARLA (√(2.41² + 2.38²) = 3.39, the table has 4.789); x and y are taken.
+    """
+    x, y, _ = next(table.undefended_m for table in TABLES_II_TO_IV if table.profile == profile)
+    return float((x * x + y * y) ** 0.5)
+
+
+def constant(bias_m: float, name: str = CONSTANT, direction_deg: float = 90.0) -> Plan:
+    """Return a plan of a constant bias in the lane's frame (Eq 7), to the left or to the right."""
+    return _plan("constant_bias", name, bias_m=float(bias_m), direction_deg=float(direction_deg))
+
+
+def stealth(delta: float, name: str = STEALTH) -> Plan:
+    """Return a plan of stealth across the lane (Eqs 8-9)."""
+    return _plan("stealth", name, gamma_m=GAMMA_M, delta=float(delta))
+
+
+def _plan(attack: str, name: str, **parameters: float) -> Plan:
+    return {"attack": attack, "name": name, "share": 1.0} | parameters
+
+
+@dataclass(frozen=True)
+class Studies:
+    """Makes the scenarios.
+
+    Attributes:
+        folder: of the scenarios that they are made from.
+        quick: short runs and one seed, to see that everything works; intervals are wide then.
+    """
+
+    folder: Path
+    quick: bool = False
+
+    @property
+    def seeds(self) -> tuple[int, ...]:
+        """Seeds of the main runs."""
+        return SEEDS[:1] if self.quick else SEEDS
+
+    @property
+    def count(self) -> int:
+        """Number of runs."""
+        nothing = Pinned(dict.fromkeys(SET_UPS, 1.5), dict.fromkeys(SET_UPS, 1.0))
+        return len(self.pin()) + len(self.benign()) + sum(len(group) for group in self.groups(nothing).values())
+
+    def groups(self, pinned: Pinned) -> dict[Group, list[Scenario]]:
+        """Return all runs that are scored, by what they are for."""
+        groups: dict[Group, list[Scenario]] = {}
+        for profile in SET_UPS:
+            groups["main", profile] = self.main(profile, pinned)
+            groups["nearest", profile] = self.nearest(profile, pinned)
+            groups["curves", profile] = [self.curves(profile, pinned)]
+            groups["logged", profile] = [self.logged(profile, pinned)]
+            for rate in FURTHER_RATES:
+                groups["rate", profile, rate] = self.at_rate(profile, rate, pinned)
+        for network in (*TRAINING, *EVALUATION):
+            groups["mixed", "tracked", network] = [self.mixed(network, pinned)]
+        for network in CROWDED:
+            groups["mixed", "nearest", network] = [self.mixed(network, pinned, "nearest")]
+        groups["consumer",] = [self.consumer()]
+        groups["places",] = [self.places(pinned)]
+        return groups
+
+    def pin(self) -> list[Scenario]:
+        """Return the runs on a training network that say what δ and the bias have to be."""
+        plans = [stealth(delta, f"stealth_{delta:g}") for delta in PIN_DELTAS]
+        plans += [constant(target_m(profile), f"constant_{profile}") for profile in SET_UPS]
+        seeds = PIN_SEEDS[:1] if self.quick else PIN_SEEDS
+        return [self._make(f"pin-{seed}", PIN_NETWORK, _thirds(), seed, plans, _watched()) for seed in seeds]
+
+    def main(self, profile: str, pinned: Pinned) -> list[Scenario]:
+        """Return the runs of Table I and of one of Tables II-IV: every defence, attacks as pinned."""
+        plans = [*_pinned_plans(pinned, profile), stealth(SLOW_DELTA, SLOW_STEALTH)]
+        return [
+            self._make(f"main-{profile}-{seed}", SET_UPS[profile], profile, seed, plans, _all_defences())
+            for seed in self.seeds
+        ]
+
+    def nearest(self, profile: str, pinned: Pinned) -> list[Scenario]:
+        """Return the same with the paper's nearest-lane matching, for Table I."""
+        plans = _pinned_plans(pinned, profile)
+        return [
+            self._make(
+                f"nearest-{profile}-{seed}", SET_UPS[profile], profile, seed, plans, _watched(), matching="nearest"
+            )
+            for seed in self.seeds[:2]
+        ]
+
+    def at_rate(self, profile: str, rate: str, pinned: Pinned) -> list[Scenario]:
+        """Return the runs of Table I with thresholds of another false-alarm rate."""
+        plans = [*_pinned_plans(pinned, profile), stealth(SLOW_DELTA, SLOW_STEALTH)]
+        label = rate.replace("/", "-per-")
+        return [
+            self._make(f"rate-{label}-{profile}-{seed}", SET_UPS[profile], profile, seed, plans, _watched(), rate=rate)
+            for seed in self.seeds[:2]
+        ]
+
+    def mixed(self, network: str, pinned: Pinned, matching: str = "tracked") -> Scenario:
+        """Return a run whose fleet is a third of each profile; every profile's attacks are there under its name."""
+        plans = [plan for profile in SET_UPS for plan in _pinned_plans(pinned, profile, f"_{profile}")]
+        plans.append(_plan("lane_alias", LANE_ALIAS))
+        return self._make(
+            f"mixed-{matching}-{network}", network, _thirds(), SEEDS[0], plans, _watched(), matching=matching
+        )
+
+    def curves(self, profile: str, pinned: Pinned) -> Scenario:
+        """Return a run with a sweep over δ and over the direction of the bias."""
+        plans = [stealth(delta, f"stealth_{delta:g}") for delta in CURVE_DELTAS]
+        bias_m = pinned.bias_m[profile]
+        plans += [constant(bias_m, f"direction_{degrees:g}", degrees) for degrees in DIRECTIONS_DEG]
+        return self._make(f"curves-{profile}", SET_UPS[profile], profile, SEEDS[0], plans, _curve_defences())
+
+    def consumer(self) -> Scenario:
+        """Return a run with consumer receivers, whose own error is metres."""
+        plans = [constant(bias_m, f"constant_{bias_m:g}") for bias_m in CONSUMER_BIASES_M]
+        plans.append(stealth(SLOW_DELTA, SLOW_STEALTH))
+        return self._make("consumer", "slow_curve", "consumer", SEEDS[0], plans, _watched())
+
+    def benign(self) -> list[Scenario]:
+        """Return a run for each profile in which errors are compared with what the filters say of them."""
+        networks = SET_UPS | {"consumer": "slow_curve"}
+        return [
+            self._make(f"benign-{profile}", network, profile, SEEDS[0], [], [NONE], duration_s=240.0)
+            for profile, network in networks.items()
+        ]
+
+    def logged(self, profile: str, pinned: Pinned) -> Scenario:
+        """Return a short run of few vehicles with a log of every step, for the pictures of single vehicles."""
+        return self._make(
+            f"logged-{profile}",
+            SET_UPS[profile],
+            profile,
+            SEEDS[0],
+            _pinned_plans(pinned, profile),
+            [NONE, *[("lstm", name) for name in _isolating()]],
+            duration_s=120.0,
+            equipped_share=0.1,
+            log_steps=True,
+        )
+
+    def places(self, pinned: Pinned) -> Scenario:
+        """Return a run in a town with a log of every step, for what happens in junctions and lane changes."""
+        return self._make(
+            "places",
+            "town",
+            "carla",
+            SEEDS[0],
+            _pinned_plans(pinned, "carla"),
+            [NONE, PAPER],
+            duration_s=150.0,
+            equipped_share=0.25,
+            log_steps=True,
+        )
+
+    def _make(
+        self,
+        name: str,
+        network: str,
+        profile: str | Mapping[str, float],
+        seed: int,
+        plans: Sequence[Plan],
+        defences: Sequence[tuple[str, str]],
+        *,
+        rate: str = RATE,
+        matching: str = "tracked",
+        duration_s: float | None = None,
+        equipped_share: float = 1.0,
+        log_steps: bool = False,
+    ) -> Scenario:
+        base = load_scenario(self.folder / network)
+        return Scenario.model_validate(
+            {
+                "name": name,
+                "sumocfg": str(base.sumocfg),
+                "seed": seed,
+                "duration_s": 100.0 if self.quick else duration_s,
+                "log_steps": log_steps,
+                "fleet": {"profile": profile, "matching": matching, "equipped_share": equipped_share},
+                "detection": {"detectors": detectors(), "false_alarm_rate": rate},
+                "defences": [{"detector": detector, "response": response} for detector, response in defences],
+                "plans": plans,
+                # Intervals are made of pooled events, not by the runs.
+                "outcomes": {"bootstrap": 1},
+            }
+        )
+
+
+def _thirds() -> dict[str, float]:
+    return dict.fromkeys(SET_UPS, 1.0 / len(SET_UPS))
+
+
+def _pinned_plans(pinned: Pinned, profile: str, suffix: str = "") -> list[Plan]:
+    return [
+        constant(pinned.bias_m[profile], f"{CONSTANT}{suffix}"),
+        stealth(pinned.delta[profile], f"{STEALTH}{suffix}"),
+    ]
+
+
+def _isolating() -> list[str]:
+    return [name for name, response in RESPONSES.items() if response.isolates]
+
+
+def _watched() -> list[tuple[str, str]]:
+    """Return a defence for every detector."""
+    return [NONE, *((detector, "ukf") for detector in detectors())]
+
+
+def _all_defences() -> list[tuple[str, str]]:
+    """Return every response behind the truth and behind the paper's detector, and the paper's behind all others."""
+    isolating = _isolating()
+    both = [(detector, response) for detector in ("oracle", "lstm") for response in isolating]
+    return list(dict.fromkeys([NONE, *both, *_watched()[1:]]))
+
+
+def _curve_defences() -> list[tuple[str, str]]:
+    return list(dict.fromkeys([*_watched(), *(("lstm", response) for response in _isolating())]))

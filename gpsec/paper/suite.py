@@ -1,0 +1,37 @@
+"""Runs what is missing of a set of scenarios."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from gpsec.errors import GpsecError
+from gpsec.progress import Progress
+from gpsec.run import Run, run_scenarios
+from gpsec.scenario import Scenario
+
+
+def run_missing(
+    scenarios: Sequence[Scenario],
+    folder: Path,
+    jobs: int,
+    report: Callable[[Progress], None],
+    run: Run | None = None,
+) -> list[Path]:
+    """Run every scenario into ``folder/<name>`` unless it is there already; return the folders in their order.
+
+    `run` takes the place of the pipeline, as in `gpsec.run.run_scenarios`.
+
+    What has finished is kept when a run fails or the user interrupts, so that the same call goes on from there.
+
+    Raises:
+        GpsecError: a scenario cannot be run.
+        KeyboardInterrupt: the user has had enough.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    outcome = run_scenarios(scenarios, folder, jobs, report, run)
+    if outcome.interrupted:
+        raise KeyboardInterrupt
+    if outcome.failures:
+        failure = outcome.failures[0]
+        sentence = f"scenario '{failure.scenario}': {failure.sentence}"
+        raise GpsecError(f"{failure.details}\n{sentence}" if failure.details else sentence)
+    return [folder / scenario.name for scenario in scenarios]

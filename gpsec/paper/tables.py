@@ -1,0 +1,129 @@
+"""Tables I to IV: the paper's figure, ours and its interval side by side."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import astuple, dataclass, fields
+from pathlib import Path
+
+import pandas as pd
+
+from gpsec.outcomes.paper import TABLE_I, Localization
+from gpsec.outcomes.tables import FLOAT_FORMAT, whole
+from gpsec.paper import pool
+from gpsec.paper.pool import Estimate
+from gpsec.paper.studies import CONSTANT, LANE_ALIAS, NONE, PAPER, RATE, SET_UPS, SLOW_STEALTH, STEALTH, Pinned
+
+LEARNED = "lstm"
+METRICS = ("precision", "recall", "f1", "delay_mean_s")
+
+
+@dataclass(frozen=True)
+class Row:
+    """A line of a table: `paper` is None where the paper says nothing of it."""
+
+    row: str
+    metric: str
+    paper: float | None
+    gpsec: float | None
+    lo: float | None
+    hi: float | None
+    n: int
+
+
+def write(rows: Iterable[Row], path: Path) -> None:
+    """Write rows as CSV."""
+    columns = [field.name for field in fields(Row)]
+    table = pd.DataFrame([astuple(row) for row in rows], columns=columns)
+    with whole(path) as partial:
+        table.to_csv(partial, index=False, float_format=FLOAT_FORMAT, lineterminator="\n", encoding="utf-8")
+
+
+def write_pinned(pinned: Pinned, path: Path) -> None:
+    """Write what was pinned as CSV."""
+    table = pd.DataFrame({"profile": list(SET_UPS), "network": list(SET_UPS.values())})
+    table["delta"] = table["profile"].map(pinned.delta)
+    table["bias_m"] = table["profile"].map(pinned.bias_m)
+    with whole(path) as partial:
+        table.to_csv(partial, index=False, lineterminator="\n", encoding="utf-8")
+
+
+def detection_rows(label: str, events: pd.DataFrame, vehicles: pd.DataFrame, attacks: Mapping[str, str]) -> list[Row]:
+    """Return the rows of Table I's form from tables of runs; `attacks` is attack of the paper -> plan of the runs."""
+    detectors = scored(events)
+    rows = []
+    for attack, plan in attacks.items():
+        of = {name: pool.of_detector(events, name, plan) for name in detectors}
+        for name, mine in of.items():
+            published = TABLE_I.get((attack, name))
+            rows += _rows(
+                f"{label} / {attack} / {name}",
+                pool.detection(mine),
+                dict(zip(METRICS, astuple(published), strict=True)) if published else {},
+            )
+        if LEARNED in of:
+            others = [mine for name, mine in of.items() if not name.startswith(LEARNED)]
+            rows += _rows(f"{label} / {attack} / {LEARNED} − best baseline", {"f1": pool.f1_lead(of[LEARNED], others)})
+    for name in detectors:
+        rows += _rows(f"{label} / none / {name}", {"false_alarms_per_vehicle_hour": pool.false_alarms(vehicles, name)})
+    return rows
+
+
+def localization_rows(table: Localization, events: pd.DataFrame) -> list[Row]:
+    """Return the rows of Tables II to IV's form: every attack under every defence.
+
+    The paper has one response; its figures stand beside that, behind its detector and behind the truth, and beside
+    the undefended vehicle, under the constant bias that is scaled to the latter.
+    """
+    published = {
+        "+".join(NONE): table.undefended_m,
+        "+".join(PAPER): table.mitigated_m,
+        f"oracle+{PAPER[1]}": table.mitigated_m,
+    }
+    rows = []
+    for attack in (CONSTANT, STEALTH, SLOW_STEALTH):
+        for defence in events["defence"].unique():
+            mine = pool.of_defence(events, defence, attack)
+            theirs = published.get(defence) if attack == CONSTANT else None
+            names = dict(zip(pool.ERRORS, theirs, strict=False)) if theirs else {}
+            rows += _rows(f"{attack} / {defence}", pool.localization(mine), names)
+    return rows
+
+
+def generalisation_rows(training: pd.DataFrame, evaluation: pd.DataFrame) -> Iterator[Row]:
+    """Yield the F1 on the networks that detectors were trained on (other seeds), on others, and the drop."""
+    for profile in SET_UPS:
+        for attack in (CONSTANT, STEALTH):
+            for name in scored(training):
+                scores = {}
+                for where, events in (("training", training), ("evaluation", evaluation)):
+                    mine = pool.of_detector(events[events["profile"] == profile], name, f"{attack}_{profile}")
+                    scores[where] = pool.detection(mine)["f1"]
+                label = f"generalisation / {profile} / {attack} / {name}"
+                yield from _rows(label, {f"f1_{where}_networks": score for where, score in scores.items()})
+                here, there = scores["training"].value, scores["evaluation"].value
+                drop = here - there if here is not None and there is not None else None
+                yield Row(label, "f1_drop", None, drop, None, None, scores["evaluation"].n)
+
+
+def alias_rows(label: str, events: pd.DataFrame) -> Iterator[Row]:
+    """Yield what is seen of a bias of one lane width."""
+    for profile in SET_UPS:
+        for name in scored(events):
+            mine = pool.of_detector(events[events["profile"] == profile], name, LANE_ALIAS)
+            yield from _rows(f"{label} / {profile} / {LANE_ALIAS} / {name}", pool.detection(mine))
+
+
+def _rows(label: str, figures: Mapping[str, Estimate], published: Mapping[str, float] | None = None) -> list[Row]:
+    return [
+        Row(label, metric, (published or {}).get(metric), found.value, found.low, found.high, found.n)
+        for metric, found in figures.items()
+    ]
+
+
+def scored(events: pd.DataFrame) -> Sequence[str]:
+    """Return the detectors of the runs that are not told the truth."""
+    return [name for name in events["detector"].unique() if name not in ("never", "oracle")]
+
+
+def at(label: str, rate: str = RATE, matching: str = "tracked") -> str:
+    """Return the label of rows of one operating point."""
+    return f"{label} / {matching} / {rate}"

@@ -1,0 +1,36 @@
+from pathlib import Path
+
+from gpsec.paper.studies import EVALUATION, PIN_SEEDS, SEEDS, SET_UPS, TRAINING, Pinned, Studies
+from gpsec.training.command import NETWORKS
+
+STUDIES = Studies(Path(__file__).parents[2] / "scenarios")
+PINNED = Pinned(dict.fromkeys(SET_UPS, 1.5), dict.fromkeys(SET_UPS, 2.0))
+
+
+def test_nothing_that_is_scored_was_trained_on():
+    assert TRAINING == NETWORKS
+    assert not set(EVALUATION) & set(TRAINING)
+    assert min(*SEEDS, *PIN_SEEDS) > 3  # training and calibration have seeds 2 and 3
+    assert not set(SEEDS) & set(PIN_SEEDS)
+    for group, scenarios in STUDIES.groups(PINNED).items():
+        for scenario in scenarios:
+            assert scenario.seed in SEEDS
+            if group[0] != "mixed":  # which holds the column of the training networks
+                assert scenario.sumocfg.stem in EVALUATION
+
+
+def test_names_are_distinct_and_counted():
+    scenarios = [scenario for group in STUDIES.groups(PINNED).values() for scenario in group]
+    names = [scenario.name for scenario in (*STUDIES.pin(), *STUDIES.benign(), *scenarios)]
+    assert len(set(names)) == len(names) == STUDIES.count
+
+
+def test_all_detectors_see_the_same_attacks_at_the_same_rate():
+    for profile in SET_UPS:
+        (first, *others) = STUDIES.main(profile, PINNED)
+        plans = {plan.name: plan.parameters for plan in first.plans}
+        assert plans["constant_bias"]["bias_m"] == 2.0
+        assert plans["stealth"]["delta"] == 1.5
+        assert first.detection.false_alarm_rate == "1e-3/sample"
+        assert all(other.plans == first.plans for other in others)
+        assert all(plan.share == 1.0 for plan in first.plans)
