@@ -144,6 +144,13 @@ def test_what_changes_tables_changes_the_fingerprint(here: Path) -> None:
 
     assert of("threads=2") == of()
     assert of("seed=2") != of()
+    (here / "models").mkdir()
+    (here / "models" / "thresholds.json").write_text("{}")
+    own = of("detection.models=models")
+    (here / "models").rename(here / "moved")
+    assert of("detection.models=moved") == own != of()
+    (here / "moved" / "thresholds.json").write_text("{ }")
+    assert of("detection.models=moved") != own
     assert of("detection.false_alarm_rate=1e-4/sample") != of()
     (here / "one" / "gpsec.toml").write_text(f'sumocfg = "{ROOT}/scenarios/town/town.sumocfg"\n')
     town = of()

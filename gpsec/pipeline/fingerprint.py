@@ -5,12 +5,16 @@ import json
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
+from gpsec.kernels import ABOVE
 from gpsec.scenario import Scenario
 from gpsec.scenario.traffic import sumo_options
 
 # Settings that change what a run costs, and nothing in its tables.
-_WITHOUT_EFFECT = {"sumocfg", "threads"}
+_WITHOUT_EFFECT: dict[str, Any] = {"sumocfg": True, "threads": True, "detection": {"models"}}
+# Layers that start runs or read their tables.
+_BESIDE = ABOVE - {"engine", "pipeline", "reference", "scenario"}
 _PACKAGES = ("libsumo", "numpy", "numba", "pandas", "pyproj", "shapely")
 
 
@@ -27,6 +31,8 @@ def fingerprint(scenario: Scenario) -> str:
             path = Path(name)
             # Where a file lies makes no difference, only what is in it.
             digest.update(_file(path) if path.is_absolute() and path.is_file() else name.encode())
+    if scenario.detection.models is not None:
+        digest.update(_folder(Path(scenario.detection.models)))
     for package in _PACKAGES:
         digest.update(f"{package} {version(package)}".encode())
     digest.update(_package())
@@ -40,11 +46,15 @@ def _file(path: Path) -> bytes:
 
 @cache
 def _package() -> bytes:
-    """Return the digest of all code and models of gpsec."""
+    """Return the digest of the code and the models of gpsec that a run is made with."""
+    return _folder(Path(__file__).resolve().parents[1])
+
+
+def _folder(folder: Path) -> bytes:
     digest = hashlib.sha256()
-    package = Path(__file__).resolve().parents[1]
-    for path in sorted(package.rglob("*")):
-        if path.suffix in (".py", ".npz", ".json"):
-            digest.update(path.relative_to(package).as_posix().encode())
+    for path in sorted(folder.rglob("*")):
+        name = path.relative_to(folder)
+        if path.suffix in (".py", ".npz", ".json") and name.parts[0].removesuffix(".py") not in _BESIDE:
+            digest.update(name.as_posix().encode())
             digest.update(_file(path))
     return digest.digest()
