@@ -147,12 +147,18 @@ class _Worker:
     finished: bool = False
 
     def listen(self, report: Report) -> bool:
-        """Take one message; return False once the process has ended."""
+        """Take one message; return False once the process has ended.
+
+        Raises:
+            KeyboardInterrupt: the user has stopped it there, by closing its window.
+        """
         try:
             message = self.connection.recv()
         except (EOFError, OSError):
             self._end()
             return False
+        if isinstance(message, KeyboardInterrupt):
+            raise message
         if isinstance(message, Progress):
             report(message)
         elif isinstance(message, Failure):
@@ -197,6 +203,8 @@ def _work(run: Run, scenario: Scenario, folder: Path, log: Path, connection: Con
         run(scenario, folder, tell)
     except GpsecError as error:
         connection.send(Failure(scenario.name, str(error)))
+    except KeyboardInterrupt as interrupt:
+        connection.send(interrupt)
     except BrokenPipeError:
         sys.exit(1)  # the parent is gone
     except Exception as error:

@@ -117,6 +117,17 @@ def run(
         int | None, typer.Option(min=1, metavar="N", help="Scenarios at a time. [default: the cores there are]")
     ] = None,
     threads: Annotated[int | None, typer.Option(metavar="N", help="Threads of each scenario (threads).")] = None,
+    gui: Annotated[bool, typer.Option("--gui", help="Show the run in sumo-gui; one scenario.")] = False,
+    gui_plan: Annotated[
+        str | None, typer.Option("--gui-plan", metavar="PLAN", help="The attack that is shown. [default: the first]")
+    ] = None,
+    gui_defence: Annotated[
+        str | None,
+        typer.Option("--gui-defence", metavar="D", help="Whose alarms and estimates. [default: the last one]"),
+    ] = None,
+    gui_delay: Annotated[
+        float | None, typer.Option("--gui-delay", min=0.0, max=1e4, metavar="MS", help="For a step. [default: 50]")
+    ] = None,
 ) -> int:
     """Run scenarios, write tables and show them.
 
@@ -127,11 +138,14 @@ def run(
       gpsec run scenarios/town --set plans.drift.rate_mps=0.2 --set fleet.equipped_share=0.3
       gpsec run scenarios/* --out results/all --overwrite
       gpsec run scenarios/* --out results/all --resume
+      gpsec run scenarios/town --gui --gui-plan spoofed_quarter --gui-defence lstm+ukf
       gpsec run somewhere/else.sumocfg --set 'plans=[{attack="drift", share=0.2}]'
     """  # noqa: D301
     from gpsec.console.launch import launch
+    from gpsec.console.live import live_run
     from gpsec.scenario.overrides import Override, parse_set
 
+    shown = live_run(scenarios, gui, gui_plan, gui_defence, gui_delay)
     changes = [parse_set(text) for text in set_ or []]
     flags = {
         ("seed",): (seed, f"--seed {seed}"),
@@ -149,6 +163,7 @@ def run(
         out=out,
         overwrite=overwrite,
         jobs=jobs,
+        run=shown,
         resume=resume,
         report=report,
         parquet=format_ == "parquet",

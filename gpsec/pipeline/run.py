@@ -16,11 +16,13 @@ from gpsec.errors import GpsecError
 from gpsec.kernels import load
 from gpsec.outcomes.events import Journey
 from gpsec.outcomes.recorder import Outcomes
+from gpsec.outcomes.state import OutcomeState
 from gpsec.outcomes.steps import StepLog
+from gpsec.outcomes.study import Study
 from gpsec.outcomes.view import StepView
 from gpsec.pipeline.batched import BatchedMethod
 from gpsec.pipeline.build import Ground, lay_ground, make_localization, make_plans, make_watchers
-from gpsec.pipeline.convoy import Convoy
+from gpsec.pipeline.convoy import Convoy, Roll
 from gpsec.pipeline.fleet_choice import Few, first_life
 from gpsec.pipeline.manifest import Counts, write_manifest
 from gpsec.pipeline.mapfile import write_map
@@ -54,6 +56,18 @@ class Traffic(TrafficSource, ZoneSource, AbstractContextManager["Traffic"], Prot
         ...
 
 
+class Onlooker(Protocol):
+    """Whoever looks on while a scenario runs."""
+
+    def begin(self, study: Study) -> None:
+        """Learn what is compared, before the first step."""
+        ...
+
+    def see(self, view: StepView, outcomes: OutcomeState, roll: Mapping[int, Roll]) -> None:
+        """Look at a step, and at who each vehicle row stands for."""
+        ...
+
+
 # Starts the traffic: what SUMO is run with, index of each lane id, who is equipped.
 StartTraffic = Callable[[SumoOptions, Mapping[str, int], Equip], Traffic]
 
@@ -64,12 +78,14 @@ def run_scenario(
     report: Report,
     start: StartTraffic | None = None,
     only: Collection[str] | None = None,
+    onlooker: Onlooker | None = None,
 ) -> None:
     """Run a scenario and write its tables and its manifest into `folder`, which exists.
 
     libsumo allows one simulation per process, and so this can run once at a time in a process. `start` puts other
     traffic, such as a recording, in the place of SUMO. `only` are the ids of vehicles of a former run that are looked
-    at again: nobody else is part of the fleet then, and they do as they did.
+    at again: nobody else is part of the fleet then, and they do as they did. `onlooker` sees every step and
+    changes nothing.
 
     Raises:
         GpsecError: the scenario cannot be run, or nobody of the fleet departs.
@@ -87,7 +103,7 @@ def run_scenario(
         traffic = (start or RemoteSession)(ground.options, ground.hd_map.lane_index, choice.equipped)
         session = stack.enter_context(traffic)
         load()  # while SUMO loads its net
-        _Run(scenario, folder, report, ground, watchers, session, threads, stack).go(began)
+        _Run(scenario, folder, report, ground, watchers, session, threads, stack, onlooker).go(began)
 
 
 class _Run:
@@ -103,6 +119,7 @@ class _Run:
         session: Traffic,
         threads: Threads,
         stack: ExitStack,
+        onlooker: Onlooker | None,
     ) -> None:
         self.scenario = scenario
         self.folder = folder
@@ -130,6 +147,9 @@ class _Run:
             session.step_s,
             1,
         )
+        self.onlooker = onlooker
+        if onlooker is not None:
+            onlooker.begin(self.outcomes.study)
         self.log = None
         if scenario.log_steps or scenario.log_vehicles:
             path = folder / "steps.parquet"
@@ -254,6 +274,9 @@ class _Run:
         )
         self.outcomes.observe(view, self.threads)
         self.watch.lap("outcomes")
+        if self.onlooker is not None:
+            self.onlooker.see(view, self.outcomes.state, convoy.roll)
+            self.watch.lap("window")
         if self.log is not None:
             ids = [convoy.roll[row].vehicle_id for row in convoy.tracks.vehicle[convoy.track_rows].tolist()]
             chosen = self.scenario.log_vehicles

@@ -3,8 +3,13 @@
 libsumo holds the interpreter lock through a step, so a thread would not help; a process also keeps libsumo's one
 simulation out of the evaluator. What every vehicle has in every step goes through a ring of shared memory, the rest
 (who departs, who leaves) through a pipe. When either side dies, the other one sees the pipe close and ends.
+
+Where the run is shown in sumo-gui, SUMO waits after every step for what the evaluation says of it.
 """
 
+import os
+import sys
+import traceback
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -23,6 +28,7 @@ from gpsec.traffic.zones import ZoneShape
 
 if TYPE_CHECKING:
     from gpsec.traffic.session import SumoSession
+    from gpsec.traffic.window import Look
 
 # Steps that SUMO may be ahead, and vehicles that a step in the ring may hold; a larger one goes through the pipe.
 DEPTH = 16
@@ -86,16 +92,22 @@ class RemoteSession:
         sumo_s, read_s: wall-clock seconds that the other process has spent in SUMO and in reading it.
         warnings: SUMO's, once the frames are over.
         traffic_only: vehicles of each SUMO class that is never equipped, then too.
+        look: what is to be seen of the step that was yielded last; None where there is no window.
     """
 
     def __init__(
-        self, options: SumoOptions, lane_index: Mapping[str, int], equip: Equip, capacity: int = CAPACITY
+        self,
+        options: SumoOptions,
+        lane_index: Mapping[str, int],
+        equip: Equip,
+        capacity: int = CAPACITY,
+        delay_ms: float | None = None,
     ) -> None:
         """Start the simulation; see `SumoSession`.
 
         `equip` goes to another process: a function of a module, or a method of a plain object. `capacity` is the number
-        of vehicles for which there is shared memory; steps with more take the slower way. What SUMO refuses is said
-        when it is first asked for something.
+        of vehicles for which there is shared memory; steps with more take the slower way. `delay_ms` shows the run in
+        sumo-gui, with so much time for a step. What SUMO refuses is said when it is first asked for something.
         """
         context = get_context("spawn")
         blocks = context.RawArray("i", DEPTH * 2 * capacity), context.RawArray("d", DEPTH * capacity * 2)
@@ -104,9 +116,11 @@ class RemoteSession:
         self.read_s = 0.0
         self.warnings: list[str] = []
         self.traffic_only: dict[str, int] = {}
+        self.look: Look | None = None
+        self._shown = delay_ms is not None
         self._ring = Ring(*blocks)
         self._connection, theirs = context.Pipe()
-        arguments = (theirs, blocks, options, dict(lane_index), equip)
+        arguments = (theirs, blocks, options, dict(lane_index), equip, delay_ms)
         self._process = context.Process(target=_serve, args=arguments, name="sumo", daemon=True)
         self._process.start()
         theirs.close()
@@ -150,14 +164,18 @@ class RemoteSession:
 
         Raises:
             GpsecError: SUMO gives up, in its words, or its process is gone.
+            KeyboardInterrupt: the user has closed the window.
         """
         _ = self.step_s  # the first answer
         self._connection.send(duration_s)
         while isinstance(head := self._receive(), Head):
             self.sumo_s, self.read_s = head.sumo_s, head.read_s
             frame = head.frame or self._frame(head)
-            self._connection.send(None)  # its place in the ring is free
+            if not self._shown:
+                self._connection.send(None)  # its place in the ring is free
             yield frame
+            if self._shown:
+                self._connection.send(self.look)
         self.warnings, self.traffic_only = head
 
     def _frame(self, head: Head) -> Frame:
@@ -172,8 +190,13 @@ class RemoteSession:
         except (EOFError, OSError):
             self._process.join(5.0)
             code = self._process.exitcode
+            if self._shown and "step_s" not in vars(self):  # where there is no display, SUMO exits without a word
+                raise GpsecError(
+                    f"{self.options.config}: sumo-gui could not open its window on the display"
+                    f" '{os.environ.get('DISPLAY', '')}'; expected one that is there and has OpenGL"
+                ) from None
             raise GpsecError(f"{self.options.config}: the process of SUMO ended early (exit status {code})") from None
-        if isinstance(answer, GpsecError):
+        if isinstance(answer, GpsecError | KeyboardInterrupt):
             self.close()
             raise answer
         return answer
@@ -188,22 +211,52 @@ class RemoteSession:
 
 
 def _serve(
-    connection: Connection, blocks: tuple[Any, Any], options: SumoOptions, lanes: dict[str, int], equip: Equip
+    connection: Connection,
+    blocks: tuple[Any, Any],
+    options: SumoOptions,
+    lanes: dict[str, int],
+    equip: Equip,
+    delay_ms: float | None,
 ) -> None:
     """Be the process of SUMO, until the run is over or the other side is gone."""
+    if delay_ms is None:
+        _answer(connection, blocks, options, lanes, equip, delay_ms)
+        return
+    status = 0
+    try:
+        _answer(connection, blocks, options, lanes, equip, delay_ms)
+    except Exception:
+        traceback.print_exc()
+        status = 1
+    sys.stderr.flush()
+    os._exit(status)  # the threads of the window would keep the process for ever
+
+
+def _answer(
+    connection: Connection,
+    blocks: tuple[Any, Any],
+    options: SumoOptions,
+    lanes: dict[str, int],
+    equip: Equip,
+    delay_ms: float | None,
+) -> None:
     from gpsec.traffic.session import SumoSession  # late: libsumo is for this process alone
+    from gpsec.traffic.window import WindowClosedError
 
     try:
-        with SumoSession(options, lanes, equip) as session:
+        with SumoSession(options, lanes, equip, delay_ms) as session:
             connection.send(session.step_s)
             while isinstance(asked := connection.recv(), list):
                 connection.send(session.zones(asked))
-            _send_frames(connection, Ring(*blocks), session, asked)
+            send = _send_frames if delay_ms is None else _show_frames
+            send(connection, Ring(*blocks), session, asked)
         connection.send((session.warnings, session.traffic_only))
         while True:  # the other side may be some steps behind, and would find a closed pipe instead of them
             connection.recv()
     except GpsecError as error:
         connection.send(error)
+    except WindowClosedError:
+        connection.send(KeyboardInterrupt())
     except (EOFError, OSError):
         return  # nobody is there any more
 
@@ -214,21 +267,32 @@ def _send_frames(connection: Connection, ring: Ring, session: "SumoSession", dur
         while ahead == DEPTH or (ahead and connection.poll()):
             connection.recv()
             ahead -= 1
-        fits = len(frame.rows) <= ring.capacity
-        if fits:
-            ring.put(frame)
-        connection.send(
-            Head(
-                frame.step,
-                frame.time_s,
-                frame.left,
-                frame.departures,
-                frame.on_road,
-                frame.spoofers_m,
-                len(frame.rows),
-                session.sumo_s,
-                session.read_s,
-                None if fits else frame,
-            )
-        )
+        _send_frame(connection, ring, session, frame)
         ahead += 1
+
+
+def _show_frames(connection: Connection, ring: Ring, session: "SumoSession", duration_s: float | None) -> None:
+    """Send a step, and go on when what is to be seen of it has come."""
+    for frame in session.frames(duration_s):
+        _send_frame(connection, ring, session, frame)
+        if (look := connection.recv()) is not None:
+            session.show(look)
+
+
+def _send_frame(connection: Connection, ring: Ring, session: "SumoSession", frame: Frame) -> None:
+    fits = len(frame.rows) <= ring.capacity
+    if fits:
+        ring.put(frame)
+    head = Head(
+        frame.step,
+        frame.time_s,
+        frame.left,
+        frame.departures,
+        frame.on_road,
+        frame.spoofers_m,
+        len(frame.rows),
+        session.sumo_s,
+        session.read_s,
+        None if fits else frame,
+    )
+    connection.send(head)

@@ -18,6 +18,7 @@ from gpsec.traffic.roster import Roster
 from gpsec.traffic.source import Equip, Frame
 from gpsec.traffic.stderr import CaughtStderr, sumo_words
 from gpsec.traffic.vehicletypes import check_type_keys
+from gpsec.traffic.window import Look, Window, WindowClosedError, window_arguments
 from gpsec.traffic.zones import ZoneShape, read_zones
 
 # Neither is a kind of the other.
@@ -42,13 +43,16 @@ class SumoSession:
         warnings: SUMO's warnings and errors, once closed; at most 10 of a kind.
     """
 
-    def __init__(self, options: SumoOptions, lane_index: Mapping[str, int], equip: Equip) -> None:
+    def __init__(
+        self, options: SumoOptions, lane_index: Mapping[str, int], equip: Equip, delay_ms: float | None = None
+    ) -> None:
         """Start the simulation.
 
         Args:
             options: from `gpsec.traffic.options.resolve_options`.
             lane_index: index in the HD map of each lane id; a vehicle on another lane is not on the map.
             equip: decides at departure whether a vehicle is part of the fleet.
+            delay_ms: shows it in sumo-gui, with so much time for a step; None shows nothing.
 
         Raises:
             GpsecError: SUMO refuses to start, a ``gpsec.…`` parameter is wrong, or another session is open.
@@ -67,28 +71,34 @@ class SumoSession:
         self._open = True
         self._stderr = CaughtStderr()
         self._folder = Path(tempfile.mkdtemp(prefix="gpsec-sumo-")).resolve()
-        self._start()
-        self.step_s: float = libsumo.simulation.getDeltaT()
-        self._begin_s: float = libsumo.simulation.getTime()
+        self._window: Window | None = None
+        self._start(["sumo"] if delay_ms is None else ["sumo-gui", *window_arguments(self._folder, delay_ms)])
+        if delay_ms is not None:
+            self._window = Window()
 
-    def _start(self) -> None:
+    def _start(self, program: list[str]) -> None:
         outputs = {
             "output-prefix": f"{_TO_ROOT}{str(self._folder).lstrip('/')}/",
             "error-log": str(self._folder / "sumo.log"),
         }
-        arguments = ["sumo", *self.options.arguments]
+        arguments = [*program, *self.options.arguments]
         for name, value in outputs.items():
             arguments += [f"--{name}", value]
         try:
             with self._stderr:
                 libsumo.start(arguments)
+            self.step_s: float = libsumo.simulation.getDeltaT()
+            self._begin_s: float = libsumo.simulation.getTime()
         except SUMO_ERRORS as error:
             raise self._sumo_error(error) from None
         except BaseException:
             self.close()
             raise
 
-    def _sumo_error(self, error: Exception) -> GpsecError:
+    def _sumo_error(self, error: Exception) -> GpsecError | WindowClosedError:
+        if self._window is not None and not libsumo.isLoaded():
+            self.close()
+            return WindowClosedError()
         words = sumo_words(self._stderr.text(), str(error))
         self.close()
         return GpsecError(f"{self.options.config}: SUMO says: {words}")
@@ -117,12 +127,13 @@ class SumoSession:
 
         Raises:
             GpsecError: SUMO gives up, in its words.
+            WindowClosedError: the user has closed the window.
         """
         asked = None if duration_s is None else step_count(self._step * self.step_s + duration_s, self.step_s)
         end_s = self.options.end_s
         end = None if end_s is None else step_count(end_s - self._begin_s, self.step_s)
         anybody = False
-        while libsumo.simulation.getMinExpectedNumber() > 0 and (end is None or self._step < end):
+        while self._goes_on() and (end is None or self._step < end):
             if asked is not None and self._step >= asked and (anybody or duration_s == 0.0):
                 return
             frame = self._next_frame()
@@ -131,6 +142,25 @@ class SumoSession:
                 if duration_s is not None and asked is not None and frame.step >= asked:
                     asked = frame.step + step_count(duration_s, self.step_s)
             yield frame
+
+    def show(self, look: Look) -> None:
+        """Show in the window what the evaluation says of the last step.
+
+        Raises:
+            WindowClosedError: the user has closed it.
+        """
+        if self._window is None:
+            return
+        try:
+            self._window.show(look)
+        except SUMO_ERRORS as error:
+            raise self._sumo_error(error) from None
+
+    def _goes_on(self) -> bool:
+        try:
+            return bool(libsumo.simulation.getMinExpectedNumber() > 0)
+        except SUMO_ERRORS as error:
+            raise self._sumo_error(error) from None
 
     def _next_frame(self) -> Frame:
         before = perf_counter()
@@ -164,7 +194,8 @@ class SumoSession:
             return
         self._open = False
         try:
-            if libsumo.isLoaded():
+            # With a window, libsumo would wait for its events for ever; its process ends without that.
+            if libsumo.isLoaded() and self._window is None:
                 with self._stderr:
                     libsumo.close()
         finally:

@@ -1,0 +1,171 @@
+"""A run that is shown in sumo-gui: one plan and one defence, vehicles coloured by what becomes of them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from gpsec.arrays import Ints
+from gpsec.errors import GpsecError, nearest
+from gpsec.fleet import Tracks, Vehicles
+from gpsec.outcomes.state import OUT_OF_LANE, OutcomeState
+from gpsec.outcomes.study import Study
+from gpsec.outcomes.view import StepView
+from gpsec.pipeline.convoy import Roll
+from gpsec.pipeline.fleet_choice import first_life
+from gpsec.pipeline.run import Report, run_scenario
+from gpsec.scenario import Scenario
+from gpsec.traffic.options import SumoOptions
+from gpsec.traffic.remote import RemoteSession
+from gpsec.traffic.source import Equip
+from gpsec.traffic.window import Colour, Look, Outline
+
+CLEAN, UNSEEN, DETECTED, FALSE_ALARM, LEFT_LANE = range(5)
+# Okabe and Ito's palette, which colour-blind people tell apart: green, orange, sky blue, yellow, vermilion.
+COLOURS: tuple[Colour, ...] = (
+    (0, 158, 115, 255),
+    (230, 159, 0, 255),
+    (86, 180, 233, 255),
+    (240, 228, 66, 255),
+    (213, 94, 0, 255),
+)
+# Theirs too, reddish purple.
+GHOST: Colour = (204, 121, 167, 170)
+DELAY_MS = 50.0
+
+
+@dataclass(frozen=True)
+class LiveRun:
+    """What `gpsec.run.run_scenarios` calls for a run that is shown.
+
+    Attributes:
+        plan: name of the attack plan that is shown, None for the first one.
+        defence: name of the defence that is shown, None for the last one with a response.
+        delay_ms: time that sumo-gui takes for a step at least.
+    """
+
+    plan: str | None = None
+    defence: str | None = None
+    delay_ms: float = DELAY_MS
+
+    def __call__(self, scenario: Scenario, folder: Path, report: Report) -> None:
+        """Run the scenario; see `run_scenario`."""
+        live = Live(self.plan, self.defence, self.delay_ms)
+        run_scenario(scenario, folder, report, live.start, onlooker=live)
+
+
+class Live:
+    """Tells the window after each step what is to be seen; a `gpsec.pipeline.run.Onlooker`."""
+
+    def __init__(self, plan: str | None, defence: str | None, delay_ms: float) -> None:
+        self._asked = plan, defence
+        self._delay_ms = delay_ms
+        self._shown: dict[int, tuple[str, int]] = {}  # vehicle row -> id and state
+        self._followed = -1  # vehicle row
+
+    def start(self, options: SumoOptions, lane_index: Mapping[str, int], equip: Equip) -> RemoteSession:
+        """Start the traffic with a window."""
+        self._session = RemoteSession(options, lane_index, equip, delay_ms=self._delay_ms)
+        return self._session
+
+    def begin(self, study: Study) -> None:
+        """Choose plan and defence.
+
+        Raises:
+            GpsecError: there is none of that name, or no plan at all.
+        """
+        plan, defence = self._asked
+        self._plan = choose_plan(study, plan)
+        self._defence = choose_defence(study, defence)
+        self._detector = int(study.detector_of[self._defence])
+
+    def see(self, view: StepView, outcomes: OutcomeState, roll: Mapping[int, Roll]) -> None:
+        """Hand over the colours that change, and the ghost of the vehicle that is followed."""
+        tracks = chosen_tracks(view.rows, view.tracks, self._plan)
+        states = track_states(tracks, view.tracks, outcomes, self._defence, self._detector)
+        rows = view.tracks.vehicle[tracks].tolist()
+        now = {row: (roll[row].vehicle_id, state) for row, state in zip(rows, states.tolist(), strict=True)}
+        changed = [who for row, who in now.items() if self._shown.get(row) != who]
+        at = self._follow(rows, view.tracks.attacked[tracks].tolist(), now)
+        self._shown = now
+        ghost: Outline = ()
+        if at >= 0:
+            ghost = body_outline(view.estimate_m[tracks[at], self._defence], view.vehicles, rows[at])
+        self._session.look = Look(
+            [(first_life(name), COLOURS[state]) for name, state in changed],
+            ghost,
+            GHOST,
+            first_life(now[self._followed][0]) if at >= 0 else "",
+        )
+
+    def _follow(self, rows: list[int], attacked: list[bool], now: Mapping[int, tuple[str, int]]) -> int:
+        """Return where in `rows` the vehicle is that the view follows: one under attack, until it is out of it."""
+        former, then = self._followed, self._shown.get(self._followed)
+        same = then is not None and former in now and now[former][0] == then[0]
+        if not (same and attacked[rows.index(former)]):
+            self._followed = next((row for row, hit in zip(rows, attacked, strict=True) if hit), -1)
+        return rows.index(self._followed) if self._followed >= 0 else -1
+
+
+def choose_plan(study: Study, asked: str | None) -> int:
+    """Return the index of the plan to show.
+
+    Raises:
+        GpsecError: there is none of that name, or no plan at all.
+    """
+    plans = study.plans[1:]
+    if not plans:
+        raise GpsecError("--gui: expected an attack plan to show, found none in the scenario")
+    if asked is not None and asked not in plans:
+        raise GpsecError(f"--gui-plan: unknown plan '{asked}'; {nearest(asked, plans)}")
+    return 1 if asked is None else study.plans.index(asked)
+
+
+def choose_defence(study: Study, asked: str | None) -> int:
+    """Return the index of the defence to show.
+
+    Raises:
+        GpsecError: there is none of that name.
+    """
+    names = study.defence_names
+    if asked is not None and asked not in names:
+        raise GpsecError(f"--gui-defence: unknown defence '{asked}'; {nearest(asked, names)}")
+    if asked is not None:
+        return names.index(asked)
+    return max((at for at, (_, response) in enumerate(study.defences) if response != "none"), default=0)
+
+
+def chosen_tracks(rows: Ints, tracks: Tracks, plan: int) -> Ints:
+    """Return one track row for each vehicle: that under `plan` where its attack has begun, otherwise the benign one."""
+    track_of = np.full(int(tracks.vehicle[rows].max(initial=-1)) + 1, -1, np.int32)
+    for number in (0, plan):
+        under = rows[tracks.plan[rows] == number]
+        track_of[tracks.vehicle[under]] = under
+    return track_of[track_of >= 0]
+
+
+def track_states(rows: Ints, tracks: Tracks, outcomes: OutcomeState, defence: int, detector: int) -> Ints:
+    """Return the state of each track of `rows`.
+
+    Detected is an attack from the first alarm within it, and a lane is left for good, as the tables count it. An alarm
+    is false while nobody attacks.
+    """
+    states = np.full(len(rows), CLEAN, np.int32)
+    attacked = tracks.attacked[rows]
+    seen = outcomes.detection_step[rows, detector] >= 0
+    states[attacked] = np.where(seen, DETECTED, UNSEEN)[attacked]
+    states[outcomes.in_alarm[rows, detector] & ~attacked] = FALSE_ALARM
+    states[outcomes.first_step[rows, defence, OUT_OF_LANE] >= 0] = LEFT_LANE
+    return states
+
+
+def body_outline(rear_m: np.ndarray, vehicles: Vehicles, row: int) -> Outline:
+    """Return the corners of a vehicle's body if its rear axle were at `rear_m` (2,): five of them, with a nose."""
+    ahead = float(vehicles.axle_m[row])
+    behind, half = float(vehicles.length_m[row]) - ahead, 0.5 * float(vehicles.width_m[row])
+    yaw = float(vehicles.yaw_rad[row])
+    c, s = float(np.cos(yaw)), float(np.sin(yaw))
+    corners = ((-behind, half), (-behind, -half), (ahead - half, -half), (ahead, 0.0), (ahead - half, half))
+    x, y = (float(value) for value in rear_m)
+    return tuple((x + c * along - s * left, y + s * along + c * left) for along, left in corners)

@@ -1,0 +1,92 @@
+"""sumo-gui in libsumo's process: what is shown of a step besides the traffic itself."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import libsumo
+
+# Red, green, blue, opacity.
+Colour = tuple[int, int, int, int]
+Outline = tuple[tuple[float, float], ...]
+
+# Vehicles that are no part of the fleet, or not seen yet.
+GREY: Colour = (150, 150, 150, 255)
+
+_VIEW = "View #0"
+_GHOST = "gpsec.ghost"
+_ABOVE_ALL = 200
+# What is seen around a vehicle that is followed.
+_AROUND_M = 40.0
+# A scheme of sumo-gui that draws vehicles with their shape; on light ground, so that zones are seen.
+_SETTINGS = """<viewsettings>
+    <scheme name="real world"><background backgroundColor="240,240,235"/></scheme>
+    <delay value="{delay_ms:g}"/>
+</viewsettings>
+"""
+
+
+@dataclass(frozen=True)
+class Look:
+    """What the evaluation wants to be seen after a step.
+
+    Attributes:
+        colours: (SUMO's vehicle id, colour) of those whose colour changes; all are on the road.
+        ghost: corners of a body in the net's frame where a vehicle is believed to be, empty for none.
+        ghost_colour: of it.
+        followed: SUMO's id of the vehicle that the view follows, empty for none.
+    """
+
+    colours: Sequence[tuple[str, Colour]] = ()
+    ghost: Outline = ()
+    ghost_colour: Colour = GREY
+    followed: str = ""
+
+
+class WindowClosedError(Exception):
+    """The user has closed the window of sumo-gui."""
+
+
+def window_arguments(folder: Path, delay_ms: float) -> list[str]:
+    """Return the options of sumo-gui that run it without a click, `delay_ms` a step; writes settings into `folder`."""
+    settings = folder / "view.xml"
+    settings.write_text(_SETTINGS.format(delay_ms=delay_ms), encoding="utf-8")
+    return ["--start", "--gui-settings-file", str(settings)]
+
+
+class Window:
+    """Draws looks; sumo-gui shows them with the next step."""
+
+    def __init__(self) -> None:
+        self._followed = ""
+
+    def show(self, look: Look) -> None:
+        """Colour vehicles, move the ghost and follow."""
+        vehicle = libsumo.vehicle
+        grey = ((vehicle_id, GREY) for vehicle_id in libsumo.simulation.getDepartedIDList())
+        present = set(vehicle.getIDList())
+        for vehicle_id, colour in (*grey, *look.colours):
+            if vehicle_id in present:  # it may have departed and arrived within a step
+                vehicle.setColor(vehicle_id, colour)
+        self._move_ghost(look)
+        if look.followed != self._followed:
+            self._follow(look.followed)
+
+    def _move_ghost(self, look: Look) -> None:
+        there = _GHOST in libsumo.polygon.getIDList()
+        if not look.ghost:
+            if there:
+                libsumo.polygon.remove(_GHOST, _ABOVE_ALL)
+        elif there:
+            libsumo.polygon.setShape(_GHOST, look.ghost)
+        else:
+            libsumo.polygon.add(_GHOST, look.ghost, look.ghost_colour, fill=True, layer=_ABOVE_ALL)
+
+    def _follow(self, vehicle_id: str) -> None:
+        if _VIEW not in libsumo.gui.getIDList():
+            return  # the user has closed it, or it is still being opened
+        if vehicle_id and not self._followed:
+            x_m, y_m = libsumo.vehicle.getPosition(vehicle_id)
+            libsumo.gui.setBoundary(_VIEW, x_m - _AROUND_M, y_m - _AROUND_M, x_m + _AROUND_M, y_m + _AROUND_M)
+        libsumo.gui.trackVehicle(_VIEW, vehicle_id)
+        self._followed = vehicle_id
