@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gpsec.arrays import Ints
+from gpsec.arrays import Floats, Ints
 from gpsec.errors import GpsecError, nearest
 from gpsec.fleet import Tracks, Vehicles
 from gpsec.outcomes.state import OUT_OF_LANE, OutcomeState
@@ -91,7 +91,8 @@ class Live:
         self._shown = now
         ghost: Outline = ()
         if at >= 0:
-            ghost = body_outline(view.estimate_m[tracks[at], self._defence], view.vehicles, rows[at])
+            rear_m = view.estimate_m[tracks[at], self._defence]
+            ghost = body_outline(rear_m, view.vehicles, rows[at], view.step_s)
         self._session.look = Look(
             [(first_life(name), COLOURS[state]) for name, state in changed],
             ghost,
@@ -160,12 +161,22 @@ def track_states(rows: Ints, tracks: Tracks, outcomes: OutcomeState, defence: in
     return states
 
 
-def body_outline(rear_m: np.ndarray, vehicles: Vehicles, row: int) -> Outline:
-    """Return the corners of a vehicle's body if its rear axle were at `rear_m` (2,): five of them, with a nose."""
-    ahead = float(vehicles.axle_m[row])
-    behind, half = float(vehicles.length_m[row]) - ahead, 0.5 * float(vehicles.width_m[row])
-    yaw = float(vehicles.yaw_rad[row])
+def body_outline(rear_m: Floats, vehicles: Vehicles, row: int, lead_s: float) -> Outline:
+    """Return the corners of a vehicle's body if its rear axle were at `rear_m` (2,): five of them, with a nose.
+
+    It is moved on by `lead_s` of driving: sumo-gui draws it beside where the vehicle is a step later.
+    """
+    lead_m = lead_s * float(vehicles.speed_mps[row])
+    axle_m, length_m = float(vehicles.axle_m[row]), float(vehicles.length_m[row])
+    half_m, yaw = 0.5 * float(vehicles.width_m[row]), float(vehicles.yaw_rad[row])
+    front_m, back_m = lead_m + axle_m, lead_m + axle_m - length_m
+    corners = (
+        (back_m, half_m),
+        (back_m, -half_m),
+        (front_m - half_m, -half_m),
+        (front_m, 0.0),
+        (front_m - half_m, half_m),
+    )
     c, s = float(np.cos(yaw)), float(np.sin(yaw))
-    corners = ((-behind, half), (-behind, -half), (ahead - half, -half), (ahead, 0.0), (ahead - half, half))
-    x, y = (float(value) for value in rear_m)
-    return tuple((x + c * along - s * left, y + s * along + c * left) for along, left in corners)
+    x_m, y_m = (float(value) for value in rear_m)
+    return tuple((x_m + c * along - s * left, y_m + s * along + c * left) for along, left in corners)

@@ -83,8 +83,10 @@ def test_a_ghost_is_the_body_around_the_believed_axle():
     vehicles = Vehicles.empty(2)
     vehicles.axle_m[1], vehicles.length_m[1], vehicles.width_m[1] = 4.0, 5.0, 2.0
     vehicles.yaw_rad[1] = np.pi / 2  # north: ahead is +y, left is -x
+    vehicles.speed_mps[1] = 20.0  # 2 m in a step
     corners = [(9.0, 19.0), (11.0, 19.0), (11.0, 23.0), (10.0, 24.0), (9.0, 23.0)]
-    np.testing.assert_allclose(body_outline(np.array([10.0, 20.0]), vehicles, 1), corners, atol=1e-12)
+    np.testing.assert_allclose(body_outline(np.array([10.0, 20.0]), vehicles, 1, 0.0), corners, atol=1e-12)
+    np.testing.assert_allclose(body_outline(np.array([10.0, 18.0]), vehicles, 1, 0.1), corners, atol=1e-12)
 
 
 def test_plan_and_defence_have_sensible_defaults():
