@@ -110,6 +110,11 @@ class Studies:
     def groups(self, pinned: Pinned) -> dict[Group, list[Scenario]]:
         """Return all runs that are scored, by what they are for."""
         groups: dict[Group, list[Scenario]] = {}
+        # What takes longest comes first, so that no process waits for it at the end.
+        for network in CROWDED:
+            groups["mixed", "nearest", network] = [self.mixed(network, pinned, "nearest")]
+        for network in (*reversed(EVALUATION), *TRAINING):
+            groups["mixed", "tracked", network] = [self.mixed(network, pinned)]
         for profile in SET_UPS:
             groups["main", profile] = self.main(profile, pinned)
             groups["nearest", profile] = self.nearest(profile, pinned)
@@ -117,10 +122,6 @@ class Studies:
             groups["logged", profile] = [self.logged(profile, pinned)]
             for rate in FURTHER_RATES:
                 groups["rate", profile, rate] = self.at_rate(profile, rate, pinned)
-        for network in (*TRAINING, *EVALUATION):
-            groups["mixed", "tracked", network] = [self.mixed(network, pinned)]
-        for network in CROWDED:
-            groups["mixed", "nearest", network] = [self.mixed(network, pinned, "nearest")]
         groups["consumer",] = [self.consumer()]
         groups["places",] = [self.places(pinned)]
         return groups
@@ -164,7 +165,15 @@ class Studies:
         plans = [plan for profile in SET_UPS for plan in _pinned_plans(pinned, profile, f"_{profile}")]
         plans.append(_plan("lane_alias", LANE_ALIAS))
         return self._make(
-            f"mixed-{matching}-{network}", network, _thirds(), SEEDS[0], plans, _watched(), matching=matching
+            f"mixed-{matching}-{network}",
+            network,
+            _thirds(),
+            SEEDS[0],
+            plans,
+            _watched(),
+            matching=matching,
+            # There are so many vehicles that a part of the time does.
+            duration_s=240.0 if network in CROWDED else None,
         )
 
     def curves(self, profile: str, pinned: Pinned) -> Scenario:
