@@ -56,9 +56,9 @@ class Bench:
     def gpsec(
         self, label: str, scenario: Path, *options: str, environment: Mapping[str, str] | None = None
     ) -> tuple[Usage, dict[str, Any]]:
-        """Run ``gpsec run`` on a scenario; return what it took and its manifest."""
+        """Run ``gpsec run`` on a scenario, without its report; return what it took and its manifest."""
         out = self.work / "out"
-        command = ("gpsec", "run", str(scenario), "--out", str(out), "--overwrite", *options)
+        command = ("gpsec", "run", str(scenario), "--out", str(out), "--overwrite", "--no-report", *options)
         usage = self.measure(label, *command, environment=environment)
         manifest = json.loads((out / "manifest.json").read_text(encoding="utf-8"))
         return usage, manifest["scenarios"][0]

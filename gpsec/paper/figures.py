@@ -29,6 +29,7 @@ from gpsec.paper.studies import (
 from gpsec.paper.tables import scored
 from gpsec.scenario.choices import BOUNDS
 
+_DELTA_TICKS = (1.05, 1.2, 1.5, 2.0)
 UNDEFENDED = "+".join(NONE)
 
 
@@ -65,12 +66,11 @@ def _delta(runs: Runs, path: Path) -> None:
                 curve(axes[2, column], CURVE_DELTAS, left, defence)
             axes[0, column].set_title(f"{profile}, δ pinned at {runs.pinned.delta[profile]:g}")
             for row in range(3):
-                axes[row, column].axvline(runs.pinned.delta[profile], color="0.6", linestyle=":")
-                axes[row, column].set_xscale("log")
-                axes[row, column].set_xticks(
-                    [1.03, 1.1, 1.2, 1.5, 2.0], ["1.03", "1.1", "1.2", "1.5", "2"], minor=False
-                )
-                axes[row, column].minorticks_off()
+                one = axes[row, column]
+                one.axvline(runs.pinned.delta[profile], color="0.6", linestyle=":")
+                one.set_xscale("log")
+                one.set_xticks(_DELTA_TICKS, [f"{delta:g}" for delta in _DELTA_TICKS])
+                one.minorticks_off()
             axes[2, column].set_xlabel("δ per 0.1 s")
         _label(axes, ("F1", "mean delay (s)", "RMSE xy (m)"))
 

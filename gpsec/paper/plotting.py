@@ -18,13 +18,20 @@ _PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#
 
 
 class _Colours:
-    """Gives every name the next colour, the same in all figures."""
+    """Gives every name the next colour, the same in all figures; when all are given, lines are dashed."""
 
     def __init__(self) -> None:
-        self._given: dict[str, str] = {}
+        self._given: dict[str, int] = {}
 
     def __call__(self, name: str) -> str:
-        return self._given.setdefault(name, _PALETTE[len(self._given) % len(_PALETTE)])
+        return _PALETTE[self._number(name) % len(_PALETTE)]
+
+    def line(self, name: str) -> str:
+        """Return the line style that goes with the colour."""
+        return "-" if self._number(name) < len(_PALETTE) else "--"
+
+    def _number(self, name: str) -> int:
+        return self._given.setdefault(name, len(self._given))
 
 
 COLOURS = _Colours()
@@ -56,12 +63,13 @@ def save(figure: Figure, path: Path) -> None:
         figure.savefig(partial, format="png", dpi=110, metadata={"Software": None})
 
 
-def curve(axes: Axes, x: Sequence[float], found: Sequence[Estimate], label: str, line: str = "-") -> None:
+def curve(axes: Axes, x: Sequence[float], found: Sequence[Estimate], label: str, line: str = "") -> None:
     """Draw estimates with their intervals as a band; what is undefined leaves a gap."""
     value, low, high = (
         np.array([np.nan if part is None else part for part in parts], np.float64)
         for parts in zip(*((each.value, each.low, each.high) for each in found), strict=True)
     )
-    colour = COLOURS(label.partition(",")[0])
-    axes.plot(x, value, line, color=colour, label=label, linewidth=1.3, marker=".", markersize=4)
+    name = label.partition(",")[0]
+    colour = COLOURS(name)
+    axes.plot(x, value, line or COLOURS.line(name), color=colour, label=label, linewidth=1.3, marker=".", markersize=4)
     axes.fill_between(x, low, high, color=colour, alpha=0.15, linewidth=0)
