@@ -6,7 +6,10 @@ def test_a_goal_is_met_or_missed_by_its_bound():
     row = Row("r", "f1", 0.9, 0.92, 0.91, 0.93, 5)
     assert _goal("F1", "at least", 0.9, row).met
     assert not _goal("F1", "at least", 0.95, row).met
-    assert not _goal("delay", "at most", 0.9, row).met
+    assert not _goal("F1", "at most", 0.9, row).met
+    # The paper gives seconds to one decimal: 0.04 s is its 0 s.
+    delays = [Row("r", "delay_mean_s", 0.0, delay_s, None, None, 5) for delay_s in (0.04, 0.06)]
+    assert [_goal("delay", "at most", 0.0, delay).met for delay in delays] == [True, False]
     undefined = Row("r", "f1", 0.9, None, None, None, 0)
     assert not _goal("F1", "at least", 0.0, undefined).met
     assert _goal("F1", "at least", 0.9, row).found == "0.92 (0.91 to 0.93)"
