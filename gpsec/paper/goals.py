@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 from gpsec.outcomes.paper import TABLE_I, TABLES_II_TO_IV
-from gpsec.paper.studies import CONSTANT, SET_UPS, SLOW_STEALTH, STEALTH
+from gpsec.paper.studies import CONSTANT, RATE, SET_UPS, SLOW_STEALTH, STEALTH
 from gpsec.paper.tables import LEARNED, METRICS, Row, at
 
 _MOST_F1_DROP = 0.02
@@ -58,14 +58,10 @@ def _detection(rows: Mapping[tuple[str, str], Row]) -> Iterator[Goal]:
                 row = rows[f"{label} / {attack} / {LEARNED}", metric]
                 bound = _BOUNDS[metric]
                 yield _goal(f"{LEARNED}, {profile}, {attack}: {metric}", bound, figure, row)
-            lead = rows[f"{label} / {attack} / {LEARNED} − best baseline", "f1"]
-            met = lead.lo is not None and lead.lo > 0.0
-            yield Goal(
-                f"F1 of the {LEARNED} minus the best baseline's, {profile}, {attack}",
-                "above 0",
-                _with_interval(lead),
-                met,
-            )
+            for rate in (RATE, "1/h", "0.1/h"):
+                lead = rows[f"{at(f'{profile} on {network}', rate)} / {attack} / {LEARNED} − best baseline", "f1"]
+                what = f"F1 of the {LEARNED} minus the best baseline's, {profile}, {attack}, {rate}"
+                yield Goal(what, "interval above 0", _with_interval(lead), lead.lo is not None and lead.lo > 0.0)
         for attack in (CONSTANT, STEALTH):
             row = rows[f"generalisation / {profile} / {attack} / {LEARNED}", "f1_drop"]
             met = row.gpsec is not None and row.gpsec < _MOST_F1_DROP
