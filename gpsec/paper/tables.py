@@ -59,8 +59,8 @@ def detection_rows(label: str, events: pd.DataFrame, vehicles: pd.DataFrame, att
                 pool.detection(mine),
                 dict(zip(METRICS, astuple(published), strict=True)) if published else {},
             )
-        if LEARNED in of:
-            others = [mine for name, mine in of.items() if not name.startswith(LEARNED)]
+        others = [mine for name, mine in of.items() if not name.startswith(LEARNED)]
+        if LEARNED in of and others:
             rows += _rows(f"{label} / {attack} / {LEARNED} − best baseline", {"f1": pool.f1_lead(of[LEARNED], others)})
     for name in detectors:
         rows += _rows(f"{label} / none / {name}", {"false_alarms_per_vehicle_hour": pool.false_alarms(vehicles, name)})
