@@ -70,10 +70,30 @@ def workshop(out: Path, *, resume: bool) -> Iterator[Workshop]:
     made = [parent for parent in out.parents if not parent.exists()]
     work = Workshop(out.with_name(f".{out.name[:100]}.partial"))
     try:
-        work.folder.mkdir(parents=True, exist_ok=True)
-        lock = (work.folder / _LOCK).open("w")
+        with occupied(work.folder, out):
+            if not resume:
+                clear(work.folder)
+            try:
+                yield work
+            finally:
+                if not work.kept:
+                    shutil.rmtree(work.folder, ignore_errors=True)
+    finally:
+        if not work.kept:
+            _remove_empty(made)
+
+
+@contextmanager
+def occupied(folder: Path, out: Path) -> Iterator[None]:
+    """Make a folder for files of `out`, and keep other runs from it.
+
+    Raises:
+        GpsecError: it cannot be made, or another run is at work in it.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        lock = (folder / _LOCK).open("w")
     except OSError as error:
-        _remove_empty(made)
         raise GpsecError(f"{out}: no results can be written there: {error.strerror}") from None
     with lock:
         try:
@@ -82,14 +102,7 @@ def workshop(out: Path, *, resume: bool) -> Iterator[Workshop]:
             raise GpsecError(
                 f"{out}: another run is being written there; wait for it, or choose another --out"
             ) from None
-        if not resume:
-            clear(work.folder)
-        try:
-            yield work
-        finally:
-            if not work.kept:
-                shutil.rmtree(work.folder, ignore_errors=True)
-                _remove_empty(made)
+        yield
 
 
 def clear(folder: Path, keep: Collection[str] = ()) -> None:

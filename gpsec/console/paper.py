@@ -9,8 +9,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, SpinnerColumn, TextColu
 from rich.progress import Progress as RichProgress
 
 from gpsec.console.bars import Lines
+from gpsec.console.folders import occupied
 from gpsec.errors import GpsecError
-from gpsec.paper.command import make
+from gpsec.paper.command import RUNS, make
 from gpsec.paper.studies import EVALUATION, TRAINING, Studies
 from gpsec.progress import DONE, Progress
 from gpsec.threads import cores
@@ -20,7 +21,7 @@ def make_paper(out: Path, scenarios: Path, quick: bool, jobs: int | None) -> Non
     """Make the tables in `out`.
 
     Raises:
-        GpsecError: the scenarios are not there, or one cannot be run.
+        GpsecError: the scenarios are not there, one cannot be run, or `out` cannot be written.
         KeyboardInterrupt: the user has had enough; the same call goes on from there.
     """
     for network in (*TRAINING, *EVALUATION):
@@ -30,7 +31,10 @@ def make_paper(out: Path, scenarios: Path, quick: bool, jobs: int | None) -> Non
             )
     console = Console(stderr=True, emoji=False)
     studies = Studies(scenarios, quick)
-    with Bar(console, studies.count) if console.is_terminal else Lines(console) as show:
+    with (
+        occupied(out / RUNS, out),
+        Bar(console, studies.count) if console.is_terminal else Lines(console) as show,
+    ):
         make(out, studies, jobs or cores(), show)
     print(f"{out}: table1.csv to table4.csv, README.md, figures")
 
@@ -52,6 +56,8 @@ class Bar:
 
     def __call__(self, progress: Progress) -> None:
         """Show a report."""
+        if progress.note:
+            self._console.print(f"{progress.scenario}: {progress.note}", markup=False)
         done = float(progress.stage == DONE)
         self._bar.update(self._task, advance=done, description=f"{progress.scenario}: {progress.stage}")
 

@@ -17,6 +17,8 @@ from gpsec.paper.suite import run_missing
 from gpsec.progress import Progress
 
 Report = Callable[[Progress], None]
+# Folder of the runs, below that of the tables.
+RUNS = "runs"
 ATTACKS = {CONSTANT: CONSTANT, STEALTH: STEALTH}
 
 
@@ -27,8 +29,8 @@ def make(out: Path, studies: Studies, jobs: int, report: Report) -> None:
         GpsecError: a scenario is missing, or cannot be run.
         KeyboardInterrupt: the user has had enough.
     """
-    runs = run_all(out / "runs", studies, jobs, report)
-    benign = run_missing(studies.benign(), out / "runs", jobs, report, evaluate)
+    runs = run_all(out / RUNS, studies, jobs, report)
+    benign = run_missing(studies.benign(), out / RUNS, jobs, report, evaluate)
     report(Progress("tables", stage="pooling events"))
     consistency = gather(benign)
     with whole(out / TABLE) as partial:

@@ -30,6 +30,9 @@ from gpsec.paper.tables import scored
 from gpsec.scenario.choices import BOUNDS
 
 _DELTA_TICKS = (1.05, 1.2, 1.5, 2.0)
+# Where no false alarm is drawn on a logarithmic axis.
+_FEWEST = 0.02
+MODES = ("tracked", "nearest")
 UNDEFENDED = "+".join(NONE)
 
 
@@ -96,7 +99,7 @@ def _direction(runs: Runs, path: Path) -> None:
 def _alias(runs: Runs, path: Path) -> None:
     with canvas(path, 2, len(CROWDED)) as axes:
         for column, network in enumerate(CROWDED):
-            for place, matching in enumerate(("tracked", "nearest")):
+            for place, matching in enumerate(MODES):
                 events = pool.read(runs.of("mixed", matching, network), "events")
                 detected, left = {}, {}
                 for profile in SET_UPS:
@@ -105,8 +108,8 @@ def _alias(runs: Runs, path: Path) -> None:
                     attacked = pool.of_defence(mine, "+".join(PAPER), LANE_ALIAS)
                     out = attacked["outcome"].isin(["out_of_lane", "wrong_way", "off_road"])
                     left[profile] = pool.share(attacked, out)
-                _bars(axes[0, column], detected, place, matching)
-                _bars(axes[1, column], left, place, matching)
+                _bars(axes[0, column], detected, place, len(MODES), matching)
+                _bars(axes[1, column], left, place, len(MODES), matching)
             axes[0, column].set_title(network)
         _label(axes, (f"recall, {PAPER[0]}", f"out of lane, {'+'.join(PAPER)}"))
 
@@ -115,10 +118,11 @@ def _consumer(runs: Runs, path: Path) -> None:
     events = pool.read(runs.of("consumer"), "events")
     plans = {f"{bias:g} m": f"constant_{bias:g}" for bias in CONSUMER_BIASES_M} | {"stealth 1.05": SLOW_STEALTH}
     with canvas(path, 1, 2) as axes:
-        for place, name in enumerate(scored(events)):
+        names = scored(events)
+        for place, name in enumerate(names):
             found = {label: pool.detection(pool.of_detector(events, name, plan)) for label, plan in plans.items()}
-            _bars(axes[0, 0], {label: each["recall"] for label, each in found.items()}, place, name)
-            _bars(axes[0, 1], {label: each["delay_mean_s"] for label, each in found.items()}, place, name)
+            for column, metric in enumerate(("recall", "delay_mean_s")):
+                _bars(axes[0, column], {label: each[metric] for label, each in found.items()}, place, len(names), name)
         axes[0, 0].set_ylabel("recall")
         axes[0, 1].set_ylabel("mean delay (s)")
 
@@ -128,7 +132,7 @@ def _places(runs: Runs, path: Path) -> None:
         for column, attack in enumerate((CONSTANT, STEALTH)):
             found = contexts.recall(runs.one("places"), attack)
             for place, (name, by_context) in enumerate(found.items()):
-                _bars(axes[0, column], by_context, place, name)
+                _bars(axes[0, column], by_context, place, len(found), name)
             axes[0, column].set_title(attack)
         axes[0, 0].set_ylabel("share of attacked steps in alarm")
 
@@ -150,10 +154,12 @@ def _rates(runs: Runs, path: Path) -> None:
             for row, attack in enumerate(attacks):
                 for name, line in points.get(attack, {}).items():
                     x, y = np.array(sorted(line)).T
-                    axes[row, column].plot(np.maximum(x, 0.02), y, "o-", color=COLOURS(name), label=name, markersize=3)
+                    axes[row, column].plot(
+                        np.maximum(x, _FEWEST), y, "o-", color=COLOURS(name), label=name, markersize=3
+                    )
                 axes[row, column].set_xscale("log")
                 axes[row, column].set_title(f"{profile}, {attack}")
-            axes[-1, column].set_xlabel("false alarms per vehicle-hour")
+            axes[-1, column].set_xlabel(f"false alarms per vehicle-hour (none at {_FEWEST:g})")
         _label(axes, ["median delay (s)"] * len(attacks))
 
 
@@ -201,8 +207,9 @@ def _responses(events: pd.DataFrame) -> list[str]:
     return [name for name in events["defence"].unique() if name.startswith(f"{PAPER[0]}+")]
 
 
-def _bars(axes: Axes, values: Mapping[str, Estimate], place: int, label: str) -> None:
-    width = 0.13 if len(values) > 3 or label not in ("tracked", "nearest") else 0.3
+def _bars(axes: Axes, values: Mapping[str, Estimate], place: int, of: int, label: str) -> None:
+    """Draw the bars of one series, the one at `place` of so many that stand side by side."""
+    width = 0.8 / of
     at = np.arange(len(values)) + place * width
     height = [each.value or 0.0 for each in values.values()]
     low = [max((each.value or 0.0) - (each.low or 0.0), 0.0) for each in values.values()]

@@ -1,7 +1,7 @@
 """What was aimed at, held against the tables: a goal that is missed is said to be."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 import pandas as pd
 
@@ -51,10 +51,7 @@ def _detection(rows: Mapping[tuple[str, str], Row]) -> Iterator[Goal]:
         label = at(f"{profile} on {network}")
         for attack in (CONSTANT, STEALTH):
             published = TABLE_I[attack, LEARNED]
-            wanted = dict(
-                zip(METRICS, (published.precision, published.recall, published.f1, published.delay_s), strict=True)
-            )
-            for metric, figure in wanted.items():
+            for metric, figure in zip(METRICS, astuple(published), strict=True):
                 row = rows[f"{label} / {attack} / {LEARNED}", metric]
                 bound = _BOUNDS[metric]
                 yield _goal(f"{LEARNED}, {profile}, {attack}: {metric}", bound, figure, row)
