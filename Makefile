@@ -4,20 +4,29 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+FRESH := build/fresh
 SCENARIOS := scenarios/town scenarios/highway scenarios/sharp_turns scenarios/slow_curve
 
-.PHONY: help setup fleet-eval bench paper-tables train nets docs test lint check clean
+.PHONY: help setup constraints fleet-eval bench paper-tables train nets docs test lint check clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
 
 setup: $(READY) ## make the virtual environment
 
-$(READY): pyproject.toml
+$(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install --quiet --disable-pip-version-check --upgrade pip
-	$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	$(BIN)/pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev]'
 	touch $(READY)
+
+constraints: ## install the newest versions in a fresh environment, and write them into constraints.txt
+	rm -rf $(FRESH)
+	$(PYTHON) -m venv $(FRESH)
+	$(FRESH)/bin/pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	sed -n '/^#/p' constraints.txt > $(FRESH)/constraints.txt
+	$(FRESH)/bin/pip freeze --exclude-editable | sed 's/+cpu$$//' >> $(FRESH)/constraints.txt
+	mv $(FRESH)/constraints.txt constraints.txt
+	rm -rf $(FRESH)
 
 fleet-eval: $(READY) ## run the four evaluation scenarios into results/fleet-eval
 	$(BIN)/gpsec run $(SCENARIOS) --out results/fleet-eval --overwrite
