@@ -8,6 +8,7 @@ import subprocess
 import sys
 import textwrap
 import time
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -156,3 +157,28 @@ def test_what_changes_tables_changes_the_fingerprint(here: Path) -> None:
     town = of()
     (here / "one" / "gpsec.toml").write_text(f'sumocfg = "{ROOT}/scenarios/slow_curve/slow_curve.sumocfg"\n')
     assert of() != town
+
+
+def test_an_included_file_and_the_installed_libraries_are_part_of_the_fingerprint(
+    here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from gpsec.pipeline import fingerprint as module
+
+    net = ROOT / "sumo_nets" / "slow_curve" / "slow_curve.net.xml"
+    (here / "one" / "gpsec.toml").unlink()
+    (here / "one" / "one.sumocfg").write_text(
+        f'<configuration><net-file value="{net}"/><additional-files value="all.add.xml"/></configuration>'
+    )
+    (here / "one" / "all.add.xml").write_text('<additional><include href="more.add.xml"/></additional>')
+    (here / "one" / "more.add.xml").write_text('<additional><include href="last.add.xml"/></additional>')
+    seen = [module.fingerprint(load_scenario("one"))]
+    for content in ("<additional/>", '<additional><poi id="p" x="0" y="0"/></additional>'):
+        (here / "one" / "last.add.xml").write_text(content)
+        seen.append(module.fingerprint(load_scenario("one")))
+    for package in ("eclipse-sumo", "scipy", "pyarrow", "torch", "scikit-learn", "numba", "numpy"):
+        with monkeypatch.context() as patch:
+            patch.setattr(module, "version", lambda name, other=package: "0" if name == other else version(name))
+            seen.append(module.fingerprint(load_scenario("one")))
+    monkeypatch.setattr("platform.python_version", lambda: "3.0")
+    seen.append(module.fingerprint(load_scenario("one")))
+    assert len(set(seen)) == len(seen)

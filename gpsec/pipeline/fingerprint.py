@@ -2,20 +2,41 @@
 
 import hashlib
 import json
+import platform
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from gpsec.errors import GpsecError
 from gpsec.kernels import ABOVE
 from gpsec.scenario import Scenario
 from gpsec.scenario.traffic import sumo_options
+from gpsec.traffic.input_files import input_files
 
 # Settings that change what a run costs, and nothing in its tables.
 _WITHOUT_EFFECT: dict[str, Any] = {"sumocfg": True, "threads": True, "detection": {"models"}}
 # Layers that start runs or read their tables.
 _BESIDE = ABOVE - {"engine", "pipeline", "reference", "scenario"}
-_PACKAGES = ("libsumo", "numpy", "numba", "pandas", "pyproj", "shapely")
+# Libraries that have a part in a table, with either engine; their versions are in the manifest too.
+PACKAGES = (
+    "eclipse-sumo",
+    "libsumo",
+    "sumolib",
+    "traci",
+    "numpy",
+    "numba",
+    "llvmlite",
+    "scipy",
+    "pandas",
+    "pyarrow",
+    "pyproj",
+    "shapely",
+    "torch",
+    "scikit-learn",
+    "filterpy",
+    "pydantic",
+)
 
 
 def fingerprint(scenario: Scenario) -> str:
@@ -28,20 +49,29 @@ def fingerprint(scenario: Scenario) -> str:
     digest = hashlib.sha256(json.dumps(configuration, sort_keys=True).encode())
     for argument in sumo_options(scenario).arguments:
         for name in argument.split(","):
-            path = Path(name)
             # Where a file lies makes no difference, only what is in it.
-            digest.update(_file(path) if path.is_absolute() and path.is_file() else name.encode())
+            files = [Path(name)] if Path(name).is_absolute() else []
+            contents = [_file(path) for path in input_files(files)]
+            digest.update(b"".join(contents) if contents else name.encode())
     if scenario.detection.models is not None:
         digest.update(_folder(Path(scenario.detection.models)))
-    for package in _PACKAGES:
-        digest.update(f"{package} {version(package)}".encode())
+    for name, installed in {**versions(), "Python": platform.python_version(), "machine": platform.machine()}.items():
+        digest.update(f"{name} {installed}".encode())
     digest.update(_package())
     return digest.hexdigest()
 
 
+def versions() -> dict[str, str]:
+    """Return the installed version of each of `PACKAGES`."""
+    return {package: version(package) for package in PACKAGES}
+
+
 def _file(path: Path) -> bytes:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").digest()
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").digest()
+    except OSError as error:
+        raise GpsecError(f"{path}: cannot be read: {error.strerror}") from None
 
 
 @cache

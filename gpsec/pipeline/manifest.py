@@ -5,7 +5,6 @@ import platform
 import subprocess
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -13,25 +12,10 @@ from gpsec import __version__
 from gpsec.attacks.schedule import Plan
 from gpsec.outcomes.tables import whole
 from gpsec.pipeline.build import Ground
-from gpsec.pipeline.fingerprint import fingerprint
+from gpsec.pipeline.fingerprint import fingerprint, versions
 from gpsec.pipeline.fleet_choice import first_life
 from gpsec.scenario import Scenario
 from gpsec.traffic.source import Frame
-
-_PACKAGES = [
-    "libsumo",
-    "sumolib",
-    "numpy",
-    "numba",
-    "torch",
-    "filterpy",
-    "scikit-learn",
-    "shapely",
-    "pandas",
-    "pyproj",
-    "pydantic",
-    "pyarrow",
-]
 
 
 @dataclass
@@ -96,7 +80,7 @@ def write_manifest(
         "git_commit": git_commit(),
         "fingerprint": fingerprint(scenario),
         "python_version": platform.python_version(),
-        "versions": {package: version(package) for package in _PACKAGES},
+        "versions": versions(),
         "configuration": scenario.model_dump(mode="json"),
         "step_s": ground.options.step_s,
         "lateral_resolution_m": ground.options.lateral_resolution_m,

@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 
 from gpsec.errors import GpsecError
 from gpsec.traffic.config import SumoConfig, missing_file, read_config
+from gpsec.traffic.input_files import input_files
 from gpsec.traffic.inputs import UNREADABLE, first_match, open_input
 from gpsec.traffic.optiontable import SumoOption, sumo_options_by_name
 
@@ -192,7 +193,7 @@ def _lateral_resolution(
     if _seconds(config, "lanechange.duration", 0.0) > 0.0:
         notes.append("lateral-resolution left off: the scenario sets lanechange.duration, SUMO takes only one")
         return 0.0
-    for path in (*files["additional-files"], *files["route-files"]):
+    for path in input_files((*files["additional-files"], *files["route-files"])):
         if model := first_match(path, _LANE_MODELS_WITHOUT_SUBLANES):
             notes.append(f"lateral-resolution left off: {path.name} uses lane-change model {model}")
             return 0.0

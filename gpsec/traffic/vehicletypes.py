@@ -7,7 +7,8 @@ from pathlib import Path
 
 from gpsec.errors import GpsecError, nearest
 from gpsec.traffic.carried import ATTACK_KEY, carried_attacks
-from gpsec.traffic.inputs import PREFIX, all_matches, first_match, own_parameters
+from gpsec.traffic.input_files import input_files
+from gpsec.traffic.inputs import PREFIX, all_matches, own_parameters
 
 # Everything that drives on roads with four wheels or more, for which the single-track body, the lane camera and the
 # odometer stand. Left out: rail and ships; pedestrians; bicycle, moped, motorcycle and scooter, which lean and
@@ -119,9 +120,9 @@ def check_type_names(names: Sequence[str], files: tuple[Path, ...], where: str) 
         GpsecError: naming `where` they stand, and the nearest that there is.
     """
     unknown = [name for name in names if not name.startswith("DEFAULT_")]
-    if not unknown or any(first_match(file, rb"<(include)\s") for file in files):
-        return  # SUMO knows more than these files say
-    known = {name for file in files for name in all_matches(file, _TYPE_ID)}
+    if not unknown:
+        return
+    known = {name for file in input_files(files) for name in all_matches(file, _TYPE_ID)}
     for name in unknown:
         if name not in known:
             choices = nearest(name, known) if known else "the scenario defines none"
