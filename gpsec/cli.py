@@ -21,13 +21,13 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         Path.cwd()
     except FileNotFoundError:
-        return complain("the current folder is gone; go to another one")
+        return complain(GpsecError("the current folder is gone; go to another one"))
     try:
         from gpsec.console.commands import answer
 
         return answer(given or ["--help"])
     except GpsecError as error:
-        return complain(str(error))
+        return complain(error)
     except BrokenPipeError:
         # Whoever read our output, such as `head`, has had enough; what is left has nowhere to go.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -1,11 +1,24 @@
-"""Errors that a user can cause: one sentence each, no traceback, exit status 2."""
+"""Errors that are told in one sentence, without a traceback: the user's, exit status 2, and the machine's, 1."""
 
 from collections.abc import Iterable
 from difflib import get_close_matches
+from typing import ClassVar
 
 
 class GpsecError(Exception):
-    """What is wrong with the input, in one sentence that names the file and the key or row."""
+    """What is wrong with the input, in one sentence that names the file and the key or row.
+
+    Attributes:
+        status: exit status of a command that ends with it.
+    """
+
+    status: ClassVar[int] = 2
+
+
+class MachineError(GpsecError):
+    """What went wrong although the input may be right: a full disk, a limit of the system, a crash of SUMO."""
+
+    status: ClassVar[int] = 1
 
 
 def nearest(name: str, choices: Iterable[str]) -> str:

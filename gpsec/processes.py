@@ -14,6 +14,16 @@ from pathlib import Path
 # There is a process for every core; more threads in libraries would only fight over them.
 _ONE_THREAD = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMEXPR_NUM_THREADS")
 _INTERRUPTS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+_CAUSES = {
+    signal.SIGKILL: "most likely the system ran out of memory",
+    signal.SIGBUS: "most likely a disk or shared memory is full",
+    signal.SIGXCPU: "it reached the limit of processor time",
+    signal.SIGXFSZ: "it reached the limit of the size of a file",
+    signal.SIGABRT: "it gave up, for want of memory or by a fault of its own",
+    signal.SIGTERM: "it was told to end",
+    signal.SIGINT: "it was told to end",
+    signal.SIGHUP: "it was told to end",
+}
 
 
 def start(process: BaseProcess) -> None:
@@ -32,6 +42,20 @@ def end_with_parent() -> None:
 def _end_after(sentinel: int) -> None:
     wait([sentinel])
     os._exit(1)
+
+
+def ended_early(process: str, exit_code: int | None, crash: str) -> str:
+    """Say how a `process` ended that had more to do, and the likely cause.
+
+    `exit_code` is negative for a signal, as `BaseProcess` has it; `crash` is what a fault of the program is called.
+    """
+    if exit_code is None or exit_code >= 0:
+        return f"{process} ended early (exit status {exit_code})"
+    try:
+        number = signal.Signals(-exit_code)
+    except ValueError:  # one of the real-time signals, which have no names
+        return f"{process} ended early (signal {-exit_code})"
+    return f"{process} ended early ({number.name}: {_CAUSES.get(number, crash)})"
 
 
 def redirect_output(log: Path) -> None:

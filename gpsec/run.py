@@ -3,21 +3,21 @@
 import json
 import os
 import shutil
-import signal
 import sys
 import tempfile
 import time
 import traceback
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from multiprocessing import get_context
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 
-from gpsec.errors import GpsecError
+from gpsec.errors import GpsecError, MachineError
 from gpsec.kernels import cache_folder
-from gpsec.processes import end_with_parent, ignore_interrupts, redirect_output, start
+from gpsec.pipes import PeerGoneError, receive, send
+from gpsec.processes import end_with_parent, ended_early, ignore_interrupts, redirect_output, start
 from gpsec.progress import DONE, FAILED, Progress
 from gpsec.scenario import Scenario
 from gpsec.warmup import compile_kernels
@@ -40,12 +40,14 @@ class Failure:
     Attributes:
         scenario: its name.
         sentence: what went wrong.
-        details: traceback or last output where it is a fault of gpsec, empty where the user can mend it.
+        details: traceback or last output where it is a fault of gpsec, empty where the sentence says all.
+        kind: of error, which has the exit status.
     """
 
     scenario: str
     sentence: str
     details: str = ""
+    kind: type[GpsecError] = GpsecError
 
 
 @dataclass
@@ -153,8 +155,8 @@ class _Worker:
             KeyboardInterrupt: the user has stopped it there, by closing its window.
         """
         try:
-            message = self.connection.recv()
-        except (EOFError, OSError):
+            message = receive(self.connection)
+        except PeerGoneError:
             self._end()
             return False
         if isinstance(message, KeyboardInterrupt):
@@ -162,7 +164,10 @@ class _Worker:
         if isinstance(message, Progress):
             report(message)
         elif isinstance(message, Failure):
-            self.failure = message
+            # A fault in SUMO's process has its traceback among what that printed.
+            _, fault, trace = self._last_output().rpartition("Traceback (most recent call last)")
+            details = message.details or (fault + trace if issubclass(message.kind, MachineError) else "")
+            self.failure = replace(message, details=details)
         else:
             self.finished = True
         return True
@@ -170,10 +175,11 @@ class _Worker:
     def _end(self) -> None:
         self.process.join()
         if not self.finished and self.failure is None:
-            code = self.process.exitcode or 0
-            cause = signal.Signals(-code).name if code < 0 else f"exit status {code}"
-            tail = self.log.read_text(errors="replace")[-4000:] if self.log.is_file() else ""
-            self.failure = Failure(self.scenario.name, f"its process ended early ({cause})", tail or cause)
+            said = ended_early("its process", self.process.exitcode, "a crash of gpsec or of a library")
+            self.failure = Failure(self.scenario.name, said, self._last_output(), MachineError)
+
+    def _last_output(self) -> str:
+        return self.log.read_text(errors="replace")[-4000:] if self.log.is_file() else ""
 
 
 def _start(scenario: Scenario, work: Path, run: Run) -> _Worker:
@@ -198,26 +204,32 @@ def _work(run: Run, scenario: Scenario, folder: Path, log: Path, connection: Con
         made.mkdir()
     # What a killed process leaves behind goes away with the folder of the run.
     tempfile.tempdir = os.environ["TMPDIR"] = str(scratch)
-    tell = _Teller(connection)
+    try:
+        send(connection, _result(run, scenario, folder, _Teller(connection)))
+    except PeerGoneError:
+        sys.exit(1)  # the parent is gone
+
+
+def _result(run: Run, scenario: Scenario, folder: Path, tell: Report) -> object:
+    """Run the scenario; return what to tell the parent: True, a failure or an interrupt.
+
+    Raises:
+        PeerGoneError: there is no parent any more.
+    """
     try:
         run(scenario, folder, tell)
     except GpsecError as error:
-        connection.send(Failure(scenario.name, str(error)))
+        return Failure(scenario.name, str(error), kind=type(error))
     except KeyboardInterrupt as interrupt:
-        connection.send(interrupt)
-    except BrokenPipeError:
-        sys.exit(1)  # the parent is gone
+        return interrupt
+    except PeerGoneError:
+        raise
     except Exception as error:
         if _in_kernel_cache(error):
-            connection.send(
-                Failure(scenario.name, f"{cache_folder()}: expected kernels that can be loaded; delete this folder")
-            )
-            return
-        connection.send(
-            Failure(scenario.name, f"fault in gpsec ({type(error).__name__}: {error})", traceback.format_exc())
-        )
-    else:
-        connection.send(True)
+            return Failure(scenario.name, f"{cache_folder()}: expected kernels that can be loaded; delete this folder")
+        said = f"fault in gpsec ({type(error).__name__}: {error})"
+        return Failure(scenario.name, said, traceback.format_exc(), MachineError)
+    return True
 
 
 def _in_kernel_cache(error: Exception) -> bool:
@@ -236,7 +248,7 @@ class _Teller:
     def __call__(self, progress: Progress) -> None:
         now_s = time.monotonic()
         if progress.note or progress.stage != self._stage or now_s - self._last_s >= _REPORT_EVERY_S:
-            self._connection.send(progress)
+            send(self._connection, progress)
             self._last_s, self._stage = now_s, progress.stage
 
 

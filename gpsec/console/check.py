@@ -21,7 +21,7 @@ def check_scenario(argument: str, overrides: Sequence[Override]) -> str:
     try:
         return _look(scenario)
     except GpsecError as error:
-        raise GpsecError(f"scenario '{scenario.name}': {error}") from None
+        raise type(error)(f"scenario '{scenario.name}': {error}") from None
 
 
 def _look(scenario: Scenario) -> str:

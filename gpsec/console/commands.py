@@ -243,13 +243,13 @@ def check(scenarios: _Scenarios, profile: _Profile = None, set_: _Set = None) ->
     changes = [parse_set(text) for text in set_ or []]
     if profile is not None:
         changes.append(Override(("fleet", "profile"), profile, f"--profile {profile}"))
-    status = 0
+    found = set()
     for argument in scenarios:
         try:
             print(check_scenario(argument, changes))
         except GpsecError as error:
-            status = complain(str(error))
-    return status
+            found.add(complain(error))
+    return min(found, default=0)  # a fault of the machine comes before those of the user
 
 
 @app.command("import")

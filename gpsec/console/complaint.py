@@ -1,11 +1,11 @@
-"""What a user is told who has made a mistake."""
+"""What a user is told who has made a mistake, or whose machine has failed."""
 
 import sys
 
-USER_ERROR = 2
+from gpsec.errors import GpsecError
 
 
-def complain(sentence: str) -> int:
+def complain(error: GpsecError) -> int:
     """Print what is wrong, in one line, and return the exit status for it."""
-    print(f"gpsec: error: {' '.join(sentence.split())}", file=sys.stderr)
-    return USER_ERROR
+    print(f"gpsec: error: {' '.join(str(error).split())}", file=sys.stderr)
+    return error.status

@@ -18,7 +18,7 @@ from gpsec.scenario import Scenario, load_scenario
 from gpsec.scenario.overrides import Override
 from gpsec.threads import cores
 
-FAULT, USER_ERROR, INTERRUPTED = 1, 2, 130
+USER_ERROR, INTERRUPTED = 2, 130
 
 
 def launch(
@@ -209,6 +209,4 @@ def _status(outcome: Outcome, groups: Mapping[Path, Sequence[Scenario]], message
         messages.print(f"gpsec: {what}; {line}", markup=False, highlight=False, soft_wrap=True)
     if outcome.interrupted:
         return INTERRUPTED
-    if any(failure.details for failure in outcome.failures):
-        return FAULT
-    return USER_ERROR if outcome.failures else 0
+    return min((failure.kind.status for failure in outcome.failures), default=0)

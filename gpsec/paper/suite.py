@@ -3,7 +3,6 @@
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from gpsec.errors import GpsecError
 from gpsec.progress import Progress
 from gpsec.run import Run, run_scenarios
 from gpsec.scenario import Scenario
@@ -33,5 +32,5 @@ def run_missing(
     if outcome.failures:
         failure = outcome.failures[0]
         sentence = f"scenario '{failure.scenario}': {failure.sentence}"
-        raise GpsecError(f"{failure.details}\n{sentence}" if failure.details else sentence)
+        raise failure.kind(f"{failure.details}\n{sentence}" if failure.details else sentence)
     return [folder / scenario.name for scenario in scenarios]

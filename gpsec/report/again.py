@@ -35,7 +35,7 @@ def simulate(run: Results, wanted: Mapping[str, Collection[str]], tell: Tell) ->
         if outcome.interrupted:
             raise KeyboardInterrupt
         for failure in outcome.failures:
-            raise GpsecError(f"scenario '{failure.scenario}' cannot be simulated again: {failure.sentence}")
+            raise failure.kind(f"scenario '{failure.scenario}' cannot be simulated again: {failure.sentence}")
         for name, vehicles in wanted.items():
             _check(run, name, vehicles, Path(folder) / name)
             found[name] = pd.read_parquet(Path(folder) / name / STEPS)

@@ -13,6 +13,12 @@ import pytest
 from .worlds import CAR, FLOW, Case, config, lay_out, routes
 
 GPSEC = [sys.executable, "-m", "gpsec"]
+# SUMO reads vehicles as they depart, and gives up at the last one while the evaluation is some steps behind.
+LATE = "".join(
+    f'<vehicle id="v{at}" type="{"car" if at < 30 else "nope"}" depart="{0.2 * at:.1f}"><route edges="A0A1 A1A2"/>'
+    "</vehicle>"
+    for at in range(31)
+)
 DISCONNECTED = '<vehicle id="t" type="car" depart="5"><route edges="A0A1 B2C2"/></vehicle>'
 NOBODY = '<vType id="car"><param key="gpsec.equipped" value="0"/></vType>'
 
@@ -55,6 +61,7 @@ def test_runs_that_cannot_be(here: Path, grid: str) -> None:
         "nobody": Case(
             ("run.sumocfg: no vehicle is equipped", "gpsec.equipped"), {"cars.rou.xml": routes(NOBODY + FLOW)}
         ),
+        "unknown": Case(("run.sumocfg: SUMO says: ", "'nope'", "'v30'"), {"cars.rou.xml": routes(CAR + LATE)}),
         "late": Case(("run.sumocfg: no vehicle departs",), {"run.sumocfg": config('<begin value="1000"/>')}),
     }
     for name, case in wrong.items():
@@ -73,9 +80,9 @@ def test_crash_of_sumo_is_a_sentence(here: Path, grid: str) -> None:
     # SUMO 1.28 ends with a segmentation fault on a net whose junctions have lanes but no connections.
     lay_out(here, grid, Case((), net=lambda net: re.sub(r"<connection [^>]*/>", "", net)))
     status, said = gpsec("check", "s")
-    assert status == 2
+    assert status == 1
     assert len(said) == 1
-    assert "s/run.sumocfg: the process of SUMO ended early" in said[0]
+    assert said[0].endswith("s/run.sumocfg: the process of SUMO ended early (SIGSEGV: a crash of SUMO itself)")
 
 
 @pytest.mark.parametrize("place", ["file", "below a file"])

@@ -1,18 +1,21 @@
 import os
 import signal
 import time
-from multiprocessing import get_context
+from multiprocessing import active_children, get_context
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from gpsec.attacks.zones import zone_keys
-from gpsec.errors import GpsecError
+from gpsec.errors import GpsecError, MachineError
+from gpsec.traffic import remote
 from gpsec.traffic.options import resolve_options
 from gpsec.traffic.recording import record
 from gpsec.traffic.remote import RemoteSession
+from gpsec.traffic.ring import Head
 from gpsec.traffic.session import SumoSession
+from gpsec.traffic.source import Frame
 
 from .helpers import CAR, listing
 
@@ -87,6 +90,46 @@ def test_what_sumo_refuses_comes_in_its_words(scenario, lane_index):
         list(session.frames(5.0))
 
 
+def test_what_sumo_refuses_later_comes_in_its_words_too(scenario, lane_index):
+    late = CAR + "".join(
+        f'<vehicle id="v{number}" type="{"nope" if number == 20 else "car"}" depart="{0.3 * number:.1f}">'
+        '<route edges="A0B0 B0C0"/></vehicle>'
+        for number in range(21)
+    )
+    options = resolve_options(scenario(late), seed=1)
+    with RemoteSession(options, lane_index, everybody) as session:
+        frames = session.frames(20.0)
+        assert next(frames).step == 0
+        with pytest.raises(GpsecError, match="The vehicle type 'nope' for vehicle 'v20' is not known") as caught:
+            list(frames)
+    assert caught.value.status == 2
+    assert session.exit_code == 0
+
+
+def says_why_and_is_gone(connection, *others):
+    """Stands in for SUMO's process: it is some steps ahead when it gives up, and does not wait for its reader."""
+    connection.send(0.1)
+    connection.recv()
+    empty = np.zeros(0, np.int32)
+    for step in range(3):
+        frame = Frame(step, 0.1 * step, [], [], empty, np.zeros((0, 2)), empty, 0, {})
+        connection.send(Head(step, frame.time_s, [], [], 0, {}, 0, 0.0, 0.0, frame))
+    connection.send(GpsecError("run.sumocfg: SUMO says: why"))
+
+
+def test_what_was_said_before_the_end_is_read(scenario, lane_index, monkeypatch):
+    monkeypatch.setattr(remote, "serve", says_why_and_is_gone)
+    session = RemoteSession(resolve_options(scenario(FLOWS), seed=1), lane_index, everybody)
+    with session:
+        frames = session.frames()
+        assert next(frames).step == 0
+        for process in active_children():
+            process.join()  # from now on nobody takes what we send
+        assert [next(frames).step, next(frames).step] == [1, 2]
+        with pytest.raises(GpsecError, match="SUMO says: why"):
+            next(frames)
+
+
 def test_closing_early_ends_the_process_and_writes_nothing(scenario, lane_index, tmp_path):
     config = scenario(FLOWS)
     before = listing(tmp_path)
@@ -105,7 +148,7 @@ def test_a_dead_simulation_is_said(scenario, lane_index, monkeypatch, tmp_path):
         frames = session.frames(None)
         next(frames)
         os.kill(session.process_id, signal.SIGKILL)
-        with pytest.raises(GpsecError, match=r"run\.sumocfg: the process of SUMO ended early \(exit status -9\)"):
+        with pytest.raises(MachineError, match=r"run\.sumocfg: the process of SUMO ended early \(SIGKILL: .*memory\)"):
             list(frames)
 
 

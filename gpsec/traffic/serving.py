@@ -1,0 +1,121 @@
+"""The process of SUMO: answers what the evaluator asks through a pipe, and sends it step after step."""
+
+import os
+import sys
+import traceback
+from multiprocessing.connection import Connection
+from typing import TYPE_CHECKING, Any
+
+from gpsec.errors import GpsecError
+from gpsec.pipes import PeerGoneError, receive, send
+from gpsec.traffic.options import SumoOptions
+from gpsec.traffic.ring import DEPTH, Head, Ring
+from gpsec.traffic.source import Equip, Frame
+
+if TYPE_CHECKING:
+    from gpsec.traffic.session import SumoSession
+
+
+def serve(
+    connection: Connection,
+    blocks: tuple[Any, Any],
+    options: SumoOptions,
+    lanes: dict[str, int],
+    equip: Equip,
+    delay_ms: float | None,
+) -> None:
+    """Be the process of SUMO, until the run is over or the other side is gone."""
+    if delay_ms is None:
+        _answer(connection, blocks, options, lanes, equip, delay_ms)
+        return
+    status = 0
+    try:
+        _answer(connection, blocks, options, lanes, equip, delay_ms)
+    except Exception:
+        traceback.print_exc()
+        status = 1
+    sys.stderr.flush()
+    os._exit(status)  # the threads of the window would keep the process for ever
+
+
+def _answer(
+    connection: Connection,
+    blocks: tuple[Any, Any],
+    options: SumoOptions,
+    lanes: dict[str, int],
+    equip: Equip,
+    delay_ms: float | None,
+) -> None:
+    try:
+        send(connection, _last_word(connection, blocks, options, lanes, equip, delay_ms))
+        while True:  # the other side may be some steps behind, and would find a closed pipe instead of them
+            receive(connection)
+    except PeerGoneError:
+        return
+
+
+def _last_word(
+    connection: Connection,
+    blocks: tuple[Any, Any],
+    options: SumoOptions,
+    lanes: dict[str, int],
+    equip: Equip,
+    delay_ms: float | None,
+) -> object:
+    """Simulate; return what is to be said when it is over: an error, or warnings and vehicles that are traffic only.
+
+    Raises:
+        PeerGoneError: nobody is there to hear it.
+    """
+    from gpsec.traffic.session import SumoSession  # late: libsumo is for this process alone
+    from gpsec.traffic.window import WindowClosedError
+
+    try:
+        with SumoSession(options, lanes, equip, delay_ms) as session:
+            send(connection, session.step_s)
+            while isinstance(asked := receive(connection), list):
+                send(connection, session.zones(asked))
+            send_all = _send_frames if delay_ms is None else _show_frames
+            send_all(connection, Ring(*blocks), session, asked)
+    except GpsecError as error:
+        return error
+    except WindowClosedError:
+        return KeyboardInterrupt()
+    return session.warnings, session.traffic_only
+
+
+def _send_frames(connection: Connection, ring: Ring, session: "SumoSession", duration_s: float | None) -> None:
+    ahead = 0
+    for frame in session.frames(duration_s):
+        while ahead == DEPTH or (ahead and connection.poll()):
+            receive(connection)
+            ahead -= 1
+        _send_frame(connection, ring, session, frame)
+        ahead += 1
+
+
+def _show_frames(connection: Connection, ring: Ring, session: "SumoSession", duration_s: float | None) -> None:
+    """Send a step, and go on when what is to be seen of it has come."""
+    for frame in session.frames(duration_s):
+        _send_frame(connection, ring, session, frame)
+        if (look := receive(connection)) is not None:
+            session.show(look)
+
+
+def _send_frame(connection: Connection, ring: Ring, session: "SumoSession", frame: Frame) -> None:
+    fits = len(frame.rows) <= ring.capacity
+    if fits:
+        ring.put(frame)
+    head = Head(
+        frame.step,
+        frame.time_s,
+        frame.left,
+        frame.departures,
+        frame.on_road,
+        frame.spoofers_m,
+        len(frame.rows),
+        session.sumo_s,
+        session.read_s,
+        None if fits else frame,
+    )
+    send(connection, head)
