@@ -7,7 +7,7 @@ READY := $(VENV)/.ready
 FRESH := build/fresh
 SCENARIOS := scenarios/town scenarios/highway scenarios/sharp_turns scenarios/slow_curve
 
-.PHONY: help setup constraints fleet-eval bench paper-tables train nets docs test lint check clean
+.PHONY: help setup constraints fleet-eval bench soak paper-tables train nets docs test lint check clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
@@ -33,6 +33,9 @@ fleet-eval: $(READY) ## run the four evaluation scenarios into results/fleet-eva
 
 bench: $(READY) ## measure what it costs, against bare SUMO, into results/bench.json
 	$(BIN)/python -m benchmarks
+
+soak: $(READY) ## run a city for ten million vehicle-steps and watch memory, into results/soak.json
+	$(BIN)/python -m benchmarks.soak
 
 paper-tables: $(READY) ## re-create the paper's tables in results/paper; goes on where it stopped
 	$(BIN)/gpsec paper
