@@ -1,5 +1,6 @@
 """The entry point. Every process that is spawned imports it again, so it imports next to nothing."""
 
+import errno
 import os
 import signal
 import sys
@@ -7,7 +8,7 @@ from pathlib import Path
 from types import FrameType
 
 from gpsec.console.complaint import complain
-from gpsec.errors import GpsecError
+from gpsec.errors import GpsecError, shown
 
 INTERRUPTED = 130
 
@@ -32,6 +33,10 @@ def main(arguments: list[str] | None = None) -> int:
         # Whoever read our output, such as `head`, has had enough; what is left has nowhere to go.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except OSError as error:
+        if error.errno != errno.ENAMETOOLONG:
+            raise
+        return complain(GpsecError(f"{shown(error.filename)}: cannot be used as a path: {error.strerror}"))
     except KeyboardInterrupt:
         return INTERRUPTED
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gpsec.arrays import Floats
-from gpsec.errors import GpsecError
+from gpsec.errors import GpsecError, retold, shown
 from gpsec.kernels import inline
 
 if TYPE_CHECKING:
@@ -73,7 +73,8 @@ class Projector:
             return pyproj.Transformer.from_crs("EPSG:4326", projected, always_xy=True)
         except pyproj.exceptions.ProjError as error:
             raise GpsecError(
-                f"{self.source}: location projParameter '{self.definition}' is no projection that PROJ knows ({error})"
+                f"{self.source}: location projParameter '{shown(self.definition)}' is no projection that PROJ knows"
+                f" ({retold(str(error))})"
             ) from None
 
     @property

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from typing import Generic, TypeVar
 
-from gpsec.errors import GpsecError, nearest
+from gpsec.errors import GpsecError, nearest, shown
 
 T = TypeVar("T")
 
@@ -24,7 +24,7 @@ class Registry(Mapping[str, T], Generic[T]):
         try:
             return self._parts[name]
         except KeyError:
-            raise GpsecError(f"unknown {self.kind} '{name}': {nearest(name, self._parts)}") from None
+            raise GpsecError(f"unknown {self.kind} '{shown(name)}': {nearest(name, self._parts)}") from None
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._parts)

@@ -9,7 +9,7 @@ from typing import Any
 
 import pandas as pd
 
-from gpsec.errors import GpsecError
+from gpsec.errors import GpsecError, shown
 from gpsec.outcomes.tables import LARGE_TABLES, MANIFEST, MAP, STEPS, TABLES, read_table, whole
 
 # The longest first, since one ends in another.
@@ -106,7 +106,7 @@ class Results:
             if stated["scenario"] == scenario:
                 return stated
         names = ", ".join(stated["scenario"] for stated in self.scenarios)
-        raise GpsecError(f"{self.folder}: no scenario '{scenario}' in this run (there are: {names})")
+        raise GpsecError(f"{self.folder}: no scenario '{shown(scenario)}' in this run (there are: {shown(names)})")
 
     def file_of(self, scenario: str, name: str) -> Path:
         """Return the path of a file that every scenario has one of (`STEPS`, `MAP`); it need not be there."""

@@ -8,7 +8,7 @@ import numpy as np
 from gpsec.attacks.plans import MAX_TIME_S, PlanConfig
 from gpsec.attacks.registry import ATTACKS
 from gpsec.attacks.zones import PLAN_KEYS, PREFIX, Zone, metres, number, plan_from_text, stated
-from gpsec.errors import GpsecError, nearest
+from gpsec.errors import GpsecError, nearest, shown
 
 # A car that follows its victim reached 40 to 50 m with a portable spoofer (Zeng et al., "All Your GPS Are Belong To
 # Us", USENIX Security 2018).
@@ -70,7 +70,7 @@ def _plan(members: Sequence[Carried]) -> tuple[PlanConfig, Zone | None, str]:
     if name is None:
         raise GpsecError(f"{where}: {PREFIX}attack: expected one of {', '.join(ATTACKS)}, found none")
     if name not in ATTACKS:
-        raise GpsecError(f"{where}: {PREFIX}attack: unknown attack '{name}': {nearest(name, ATTACKS)}")
+        raise GpsecError(f"{where}: {PREFIX}attack: unknown attack '{shown(name)}': {nearest(name, ATTACKS)}")
     others = [PREFIX + key for key in ("attack", "plan", *PLAN_KEYS, *_MOVING_KEYS)]
     if first.transmits:
         radius_m = metres(given.pop("radius_m", f"{REACH_M}"), where)
@@ -89,20 +89,20 @@ def _plan(members: Sequence[Carried]) -> tuple[PlanConfig, Zone | None, str]:
 def _check_same(first: Carried, other: Carried) -> None:
     if first.transmits != other.transmits:
         raise GpsecError(
-            f"{other.where}: {PREFIX}plan: expected a plan of its own, found '{other.plan}' of {first.where}: one of "
-            "the two is a spoofer and the other one is attacked"
+            f"{other.where}: {PREFIX}plan: expected a plan of its own, found '{shown(other.plan)}' of {first.where}: "
+            "one of the two is a spoofer and the other one is attacked"
         )
     one, two = stated(first.parameters), stated(other.parameters)
     for key in sorted(one.keys() | two.keys()):
         if one.get(key) != two.get(key):
             raise GpsecError(
                 f"{other.where}: {PREFIX}{key}: expected the same as in {first.where} of the same plan "
-                f"'{first.plan}', {_said(one.get(key))}, found {_said(two.get(key))}"
+                f"'{shown(first.plan)}', {_said(one.get(key))}, found {_said(two.get(key))}"
             )
 
 
 def _said(value: str | None) -> str:
-    return "none" if value is None else f"'{value}'"
+    return "none" if value is None else f"'{shown(value)}'"
 
 
 def _hold_s(text: str, where: str) -> float:

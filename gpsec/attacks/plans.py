@@ -7,7 +7,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, Strict, Vali
 
 from gpsec.attacks.base import Attack
 from gpsec.attacks.registry import ATTACKS, build_attack, first_problem
-from gpsec.errors import GpsecError
+from gpsec.errors import GpsecError, shown
 
 NO_ATTACK = "none"
 """Name of plan 0, under which nobody is attacked."""
@@ -81,7 +81,7 @@ class PlanConfig(BaseModel):
         beside = {key: value for key, value in table.items() if key not in cls.model_fields}
         twice = sorted(set(beside) & set(nested))
         if twice:
-            raise ValueError(f"key '{twice[0]}' stands in the plan and in its parameters")
+            raise ValueError(f"key '{shown(twice[0])}' stands in the plan and in its parameters")
         attack = _attack(own["attack"], {**nested, **beside})
         return {"name": attack.name, **own, "parameters": attack.model_dump()}
 

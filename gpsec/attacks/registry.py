@@ -13,7 +13,7 @@ from gpsec.attacks.noise import Noise
 from gpsec.attacks.replay import Replay
 from gpsec.attacks.stealth import Stealth
 from gpsec.attacks.two_stage import TwoStage
-from gpsec.errors import GpsecError, nearest
+from gpsec.errors import GpsecError, nearest, shown
 from gpsec.registry import Registry
 
 ATTACKS: Registry[type[Attack]] = Registry(
@@ -45,13 +45,14 @@ def build_attack(
         GpsecError: the attack or a parameter is unknown, or a value is not allowed.
     """
     if name not in ATTACKS:
-        raise GpsecError(f"{where}: unknown attack '{name}': {nearest(name, ATTACKS)}")
+        raise GpsecError(f"{where}: unknown attack '{shown(name)}': {nearest(name, ATTACKS)}")
     kind = ATTACKS[name]
     for key in parameters:
         if key not in kind.model_fields:
             known = [*(prefix + field for field in kind.model_fields), *other_keys]
             raise GpsecError(
-                f"{where}: unknown key '{prefix}{key}' for attack '{name}': {nearest(prefix + key, known)}"
+                f"{where}: unknown key '{shown(prefix + key)}' for attack '{shown(name)}': "
+                f"{nearest(prefix + key, known)}"
             )
     try:
         if as_text:

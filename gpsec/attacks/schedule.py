@@ -13,7 +13,7 @@ from gpsec.arrays import Flags, Floats, Ints, Keys
 from gpsec.attacks.base import Attack
 from gpsec.attacks.plans import PlanConfig
 from gpsec.attacks.zones import NOBODY, Zone
-from gpsec.errors import GpsecError, nearest
+from gpsec.errors import GpsecError, nearest, shown
 from gpsec.fleet import Rows
 
 SPARED, WAITING, ACTIVE, DONE = 0, 1, 2, 3
@@ -203,7 +203,7 @@ def build_plans(
         zone = None if config.zone is None else _find(config.zone, zones, where)
         _add(plans, Plan(config, config.build_attack(), zone), where)
     for config, zone in drawn:
-        _add(plans, Plan(config, config.build_attack(), zone), f"{zone_file}: zone '{zone.zone_id}'")
+        _add(plans, Plan(config, config.build_attack(), zone), f"{zone_file}: zone '{shown(zone.zone_id)}'")
     for config, area, where in carried:
         _add(plans, Plan(config, config.build_attack(), area), where)
     return list(plans.values())
@@ -212,11 +212,11 @@ def build_plans(
 def _find(zone_id: str, zones: Mapping[str, Zone], where: str) -> Zone:
     if zone_id not in zones:
         known = nearest(zone_id, zones) if zones else "no zone is drawn"
-        raise GpsecError(f"{where}: zone: expected the id of a drawn zone, found '{zone_id}': {known}")
+        raise GpsecError(f"{where}: zone: expected the id of a drawn zone, found '{shown(zone_id)}': {known}")
     return zones[zone_id]
 
 
 def _add(plans: dict[str, Plan], plan: Plan, where: str) -> None:
     if plan.name in plans:
-        raise GpsecError(f"{where}: name: expected a name that no other plan has, found '{plan.name}'")
+        raise GpsecError(f"{where}: name: expected a name that no other plan has, found '{shown(plan.name)}'")
     plans[plan.name] = plan

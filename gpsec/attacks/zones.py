@@ -12,7 +12,7 @@ import shapely
 from gpsec.arrays import Flags, Floats
 from gpsec.attacks.plans import MAX_TIME_S, PlanConfig, plan_config
 from gpsec.attacks.registry import ATTACKS, build_attack
-from gpsec.errors import GpsecError
+from gpsec.errors import GpsecError, shown
 
 PREFIX = "gpsec."
 NOBODY: Mapping[str, Floats] = {}
@@ -96,7 +96,7 @@ def plans_from_zones(zones: Sequence[DrawnZone], file: str) -> list[tuple[PlanCo
     Raises:
         GpsecError: a parameter is missing, unknown or not allowed, or the shape is no area.
     """
-    return [_plan(zone, f"{file}: zone '{zone.zone_id}'") for zone in zones]
+    return [_plan(zone, f"{file}: zone '{shown(zone.zone_id)}'") for zone in zones]
 
 
 def _plan(zone: DrawnZone, where: str) -> tuple[PlanConfig, Zone]:
@@ -153,7 +153,7 @@ def number(text: str, key: str, where: str) -> float:
     except ValueError:
         value = float("nan")
     if not isfinite(value):
-        raise GpsecError(f"{where}: {PREFIX}{key}: expected a number, found '{text}'")
+        raise GpsecError(f"{where}: {PREFIX}{key}: expected a number, found '{shown(text)}'")
     return value
 
 

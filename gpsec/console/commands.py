@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from gpsec.console.complaint import complain
+from gpsec.console.complaint import complain, say
 from gpsec.console.listing import KINDS, lines
 from gpsec.errors import GpsecError
 
@@ -246,7 +246,7 @@ def check(scenarios: _Scenarios, profile: _Profile = None, set_: _Set = None) ->
     found = set()
     for argument in scenarios:
         try:
-            print(check_scenario(argument, changes))
+            say(check_scenario(argument, changes))
         except GpsecError as error:
             found.add(complain(error))
     return min(found, default=0)  # a fault of the machine comes before those of the user
@@ -319,7 +319,7 @@ def list_(
       gpsec list scenarios --dir scenarios
     """  # noqa: D301
     for line in lines(kind, folder):
-        print(line)
+        say(line)
     sys.stdout.flush()
 
 

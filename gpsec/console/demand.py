@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from rich.console import Console
-
+from gpsec.console.complaint import say
 from gpsec.console.status import status
+from gpsec.console.terminal import messages
 from gpsec.demand.make import make_demand, net_name
 
 
@@ -17,10 +17,10 @@ def demand(
         GpsecError: the net or the output cannot be used.
     """
     folder = out or Path(net_name(net_file))
-    with status(Console(stderr=True), f"{net_file.name}: ") as tell:
+    with status(messages(), f"{net_file.name}: ") as tell:
         done = make_demand(
             net_file, folder, period_s=period_s, duration_s=duration_s, seed=seed, overwrite=overwrite, tell=tell
         )
     what = f"{done.vehicles} vehicles on random trips" if done.vehicles else f"{done.flows} flows along single roads"
-    print(f"{done.sumocfg}: {what}, one every {done.period_s:.2g} s for {duration_s:g} s")
-    print(f"  now: gpsec run {done.sumocfg}")
+    say(f"{done.sumocfg}: {what}, one every {done.period_s:.2g} s for {duration_s:g} s")
+    say(f"  now: gpsec run {done.sumocfg}")

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from itertools import count
 from pathlib import Path
 
-from gpsec.errors import GpsecError
+from gpsec.errors import GpsecError, shown
 
 MANIFEST = "manifest.json"
 _LOCK = ".lock"
@@ -31,7 +31,7 @@ def check_output(out: Path, overwrite: bool) -> None:
     try:
         there, holds_nothing = out.exists(), not out.is_dir() or not any(out.iterdir())
     except OSError as error:
-        raise GpsecError(f"{str(out)[:200]}: no results can be written there: {error.strerror}") from None
+        raise GpsecError(f"{shown(out)}: no results can be written there: {error.strerror}") from None
     if out.is_symlink() and not there:
         raise GpsecError(f"{out}: expected an output folder, found a link that leads nowhere")
     if there and not out.is_dir():

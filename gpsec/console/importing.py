@@ -3,9 +3,9 @@
 from math import sqrt
 from pathlib import Path
 
-from rich.console import Console
-
+from gpsec.console.complaint import say
 from gpsec.console.status import status
+from gpsec.console.terminal import messages
 from gpsec.detection.models import thresholds_for
 from gpsec.errors import GpsecError
 from gpsec.opendrive.check import Check, Figures
@@ -29,11 +29,10 @@ def import_(map_file: Path, out: Path | None, origin: str | None, overwrite: boo
         raise GpsecError(f"{map_file}: expected an OpenDRIVE map, found no such file")
     target = out or Path(f"{map_file.name.removesuffix('.xodr')}{NET_SUFFIX}")
     place = None if origin is None else parse_origin(origin)
-    console = Console(stderr=True)
-    with status(console, f"{map_file.name}: ") as tell:
+    with status(messages(), f"{map_file.name}: ") as tell:
         done = import_map(map_file, target, origin_deg=place, alarm_m=alarm_levels_m(), overwrite=overwrite, tell=tell)
     for line in verdict(done):
-        print(line)
+        say(line)
 
 
 def parse_origin(text: str) -> tuple[float, float]:

@@ -1,7 +1,6 @@
 """`gpsec run`: from scenario arguments to published folders and tables on the terminal."""
 
 import json
-import sys
 from collections.abc import Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
@@ -9,6 +8,7 @@ from threading import Thread
 
 from rich.console import Console
 
+from gpsec.console import terminal
 from gpsec.console.bars import display
 from gpsec.console.folders import MANIFEST, check_output, clear, publish, resolved, workshop
 from gpsec.errors import GpsecError
@@ -49,7 +49,7 @@ def launch(
         if out is not None
         else {resolved(Path("results") / scenario.name): [scenario] for scenario in scenarios}
     )
-    messages = Console(stderr=True, emoji=False)
+    messages = terminal.messages()
     first, asked = next(iter(groups)), list(groups)
     if resume:
         groups = _missing(groups)
@@ -175,7 +175,7 @@ def _show(folder: Path) -> None:
     from gpsec.outcomes.summary import print_summary
 
     # The tables are laid out for this width, also in a file or a pipe.
-    print_summary(folder, Console(emoji=False) if sys.stdout.isatty() else Console(width=120, emoji=False))
+    print_summary(folder, terminal.tables(120))
 
 
 def _write_parquet(folder: Path) -> None:

@@ -8,11 +8,11 @@ from collections.abc import Callable
 from pathlib import Path
 from xml.etree import ElementTree
 
-from rich.console import Console
-
+from gpsec.console.complaint import say
 from gpsec.console.status import status
+from gpsec.console.terminal import messages
 from gpsec.demand.make import make_demand
-from gpsec.errors import GpsecError
+from gpsec.errors import GpsecError, shown
 from gpsec.hdmap.net import read_net
 from gpsec.scenario.model import MAX_NAME, NAME
 from gpsec.scenario.paths import TOML_NAME, UNUSABLE, reason
@@ -37,25 +37,25 @@ def new_scenario(folder: Path, net_file: Path, period_s: float | None, duration_
     try:
         with tempfile.TemporaryDirectory(prefix=f".{folder.name}.partial-", dir=folder.parent) as work:
             made = Path(work) / "made"
-            with status(Console(stderr=True), f"{folder}: ") as tell:
+            with status(messages(), f"{folder}: ") as tell:
                 said = _fill(made, folder, net_file, period_s, duration_s, seed, tell)
             made.chmod(0o755)
             made.rename(folder)
     except OSError as error:
         raise GpsecError(f"{folder}: cannot be made: {error.strerror or error}") from None
-    print(f"{folder}: {said}, and an example zone")
-    print(f"  edit: netedit {folder / folder.name}.netecfg")
-    print(f"  run:  gpsec run {folder}")
+    say(f"{folder}: {said}, and an example zone")
+    say(f"  edit: netedit {folder / folder.name}.netecfg")
+    say(f"  run:  gpsec run {folder}")
 
 
 def _check(folder: Path, net_file: Path) -> None:
     try:
         there, beside, net = folder.exists() or folder.is_symlink(), folder.parent.is_dir(), net_file.is_file()
     except UNUSABLE as error:
-        raise GpsecError(f"{str(folder)[:100]}: cannot be used as a path: {reason(error)}") from None
+        raise GpsecError(f"{shown(folder)}: cannot be used as a path: {reason(error)}") from None
     if not NAME.fullmatch(folder.name) or len(folder.name) > MAX_NAME:
         raise GpsecError(
-            f"NAME: expected letters, digits, '.', '_' and '-' only, at most {MAX_NAME}, found '{folder.name[:120]}'"
+            f"NAME: expected letters, digits, '.', '_' and '-' only, at most {MAX_NAME}, found '{shown(folder.name)}'"
         )
     if there:
         raise GpsecError(f"{folder}: expected a new folder, found one that exists; choose another NAME")

@@ -9,7 +9,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, SpinnerColumn, TextColu
 from rich.progress import Progress as RichProgress
 
 from gpsec.console.bars import Lines
+from gpsec.console.complaint import say
 from gpsec.console.folders import occupied
+from gpsec.console.terminal import messages
 from gpsec.errors import GpsecError
 from gpsec.paper.command import RUNS, make
 from gpsec.paper.studies import EVALUATION, TRAINING, Studies
@@ -29,14 +31,14 @@ def make_paper(out: Path, scenarios: Path, quick: bool, jobs: int | None) -> Non
             raise GpsecError(
                 f"{scenarios / network}: expected a scenario of gpsec here; run this in a checkout of gpsec"
             )
-    console = Console(stderr=True, emoji=False)
+    console = messages()
     studies = Studies(scenarios, quick)
     with (
         occupied(out / RUNS, out),
         Bar(console, studies.count) if console.is_terminal else Lines(console) as show,
     ):
         make(out, studies, jobs or cores(), show)
-    print(f"{out}: table1.csv to table4.csv, README.md, figures")
+    say(f"{out}: table1.csv to table4.csv, README.md, figures")
 
 
 class Bar:

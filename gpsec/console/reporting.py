@@ -1,13 +1,12 @@
 """`gpsec report` and `gpsec trace`."""
 
 import re
-import sys
 from pathlib import Path
 
-from rich.console import Console
-
 from gpsec.console.bars import display
-from gpsec.errors import GpsecError
+from gpsec.console.complaint import say
+from gpsec.console.terminal import messages, tables
+from gpsec.errors import GpsecError, shown
 from gpsec.report.again import simulate
 from gpsec.report.both import write_comparison
 from gpsec.report.chosen import choose, story_of
@@ -25,15 +24,14 @@ def report(folder: Path, out: Path | None, *, traces: bool, geojson: bool) -> No
         GpsecError: it is no run, or nothing can be written there.
     """
     run = load(folder)
-    messages = Console(stderr=True, emoji=False)
     stories = choose(run)
     steps: Steps = logged_steps(run, stories)
     if traces:
         try:
-            steps = _completed(run, steps, [(story.scenario, story.vehicle_id) for story in stories], messages)
+            steps = _completed(run, steps, [(story.scenario, story.vehicle_id) for story in stories])
         except GpsecError as error:
             # The report is worth having without them, and says what it lacks.
-            messages.print(f"gpsec: no traces: {error}", markup=False, highlight=False, soft_wrap=True)
+            messages().print(f"gpsec: no traces: {error}", markup=False, highlight=False, soft_wrap=True)
     try:
         written = [write_report(run, steps, out)]
         if geojson:
@@ -41,7 +39,7 @@ def report(folder: Path, out: Path | None, *, traces: bool, geojson: bool) -> No
     except OSError as error:
         raise GpsecError(f"{out or folder}: no report can be written there: {error.strerror}") from None
     for path in written:
-        print(path)
+        say(path)
 
 
 def compare(first: Path, second: Path, out: Path | None) -> None:
@@ -51,7 +49,7 @@ def compare(first: Path, second: Path, out: Path | None) -> None:
         GpsecError: one is no run, they have no vehicle in common, or nothing can be written there.
     """
     try:
-        print(write_comparison(load(first), load(second), out))
+        say(write_comparison(load(first), load(second), out))
     except OSError as error:
         raise GpsecError(f"{out or second}: no page can be written there: {error.strerror}") from None
 
@@ -64,23 +62,22 @@ def tell(folder: Path, vehicle_id: str, scenario: str | None, attack: str | None
     """
     run = load(folder)
     story = story_of(run, vehicle_id, scenario, attack)
-    messages = Console(stderr=True, emoji=False)
     steps: Steps = {story.scenario: run.steps(story.scenario, [vehicle_id])}
-    steps = _completed(run, steps, [(story.scenario, vehicle_id)], messages)
+    steps = _completed(run, steps, [(story.scenario, vehicle_id)])
     logged = steps[story.scenario]
     if logged is None or rows_of(story, logged).empty:
-        raise GpsecError(f"{folder}: no steps of vehicle '{vehicle_id}' could be found")
-    console = Console(emoji=False) if sys.stdout.isatty() else Console(width=100, emoji=False)
+        raise GpsecError(f"{folder}: no steps of vehicle '{shown(vehicle_id)}' could be found")
+    console = tables(100)
     for part in told(run, story, rows_of(story, logged)):
         console.print(part, markup=False, highlight=False)
     path = out or folder / f"trace-{re.sub(r'[^A-Za-z0-9._-]+', '_', vehicle_id)[:100]}.html"
     try:
-        print(write_trace(run, story, steps, path))
+        say(write_trace(run, story, steps, path))
     except OSError as error:
         raise GpsecError(f"{path}: no page can be written there: {error.strerror}") from None
 
 
-def _completed(run: Results, steps: Steps, wanted: list[tuple[str, str]], messages: Console) -> Steps:
+def _completed(run: Results, steps: Steps, wanted: list[tuple[str, str]]) -> Steps:
     """Return `steps` with those of `wanted` (scenario, vehicle) that are missing, simulated again."""
     missing: dict[str, list[str]] = {}
     for scenario, vehicle in dict.fromkeys(wanted):
@@ -91,5 +88,5 @@ def _completed(run: Results, steps: Steps, wanted: list[tuple[str, str]], messag
     missing = {name: [vehicle for scenario, vehicle in dict.fromkeys(wanted) if scenario == name] for name in missing}
     if not missing:
         return steps
-    with display(messages, list(missing)) as show:
+    with display(messages(), list(missing)) as show:
         return {**steps, **simulate(run, missing, show)}

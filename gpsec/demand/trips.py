@@ -3,7 +3,7 @@
 from pathlib import Path
 from xml.etree import ElementTree
 
-from gpsec.errors import GpsecError
+from gpsec.errors import GpsecError, retold
 from gpsec.sumotools import run_tool
 
 # How much likelier a trip begins or ends at the edge of the net than inside it.
@@ -50,7 +50,7 @@ def random_trips(
         return "", 0
     if done.returncode != 0 or not routes.is_file():
         words = (done.stderr.strip() or done.stdout.strip() or "no reason given").splitlines()[-1]
-        raise GpsecError(f"{net_file}: SUMO's randomTrips.py finds no demand for it: {words}")
+        raise GpsecError(f"{net_file}: SUMO's randomTrips.py finds no demand for it: {retold(words)}")
     root = ElementTree.parse(routes).getroot()
     for kind in root.findall("vType") + root.findall("vTypeDistribution"):
         root.remove(kind)  # they are in `types`

@@ -18,7 +18,7 @@ from gpsec.detection.base import Detector, LabelledDetector
 from gpsec.detection.calibration import Calibrated
 from gpsec.detection.learned import Learned
 from gpsec.detection.registry import DETECTORS
-from gpsec.errors import GpsecError, nearest
+from gpsec.errors import GpsecError, nearest, shown
 
 MATCHINGS = ("tracked", "nearest")
 FORMAT = 1
@@ -141,7 +141,7 @@ def thresholds_for(
 
 def _threshold(model: ProfileModel, profile: str, rate: str, name: str) -> float:
     if rate not in model.thresholds:
-        raise GpsecError(f"unknown false-alarm rate '{rate}': {nearest(rate, model.thresholds)}")
+        raise GpsecError(f"unknown false-alarm rate '{shown(rate)}': {nearest(rate, model.thresholds)}")
     by_detector = model.thresholds[rate]
     if name not in by_detector:
         raise GpsecError(f"thresholds of profile '{profile}': no {name}; {_RETRAIN}")
@@ -149,8 +149,8 @@ def _threshold(model: ProfileModel, profile: str, rate: str, name: str) -> float
     if found is None:
         known = [r for r, row in model.thresholds.items() if row.get(name) is not None]
         raise GpsecError(
-            f"false-alarm rate '{rate}' of {name}, profile '{profile}': there was too little benign data to calibrate"
-            f" it; calibrated: {', '.join(known) or 'none'}"
+            f"false-alarm rate '{shown(rate)}' of {name}, profile '{profile}': there was too little benign data to"
+            f" calibrate it; calibrated: {', '.join(known) or 'none'}"
         )
     return found.threshold
 

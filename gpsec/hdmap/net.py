@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from gpsec.arrays import Floats
-from gpsec.errors import GpsecError
+from gpsec.errors import GpsecError, retold, shown
 from gpsec.geo import Projector
 
 # A lane that only these may use is no lane of the HD map.
@@ -104,7 +104,9 @@ def read_net(net_file: Path) -> Net:
         lanes, points = _drivable(net, net_file)
         projector = _projector(net, net_file)
     except _UNREADABLE as error:
-        raise GpsecError(f"{net_file}: not a SUMO net that can be read ({type(error).__name__}: {error})") from None
+        raise GpsecError(
+            f"{net_file}: not a SUMO net that can be read ({type(error).__name__}: {retold(str(error))})"
+        ) from None
     if not any(not lane.internal for lane in lanes):
         raise GpsecError(f"{net_file}: no lane that a road vehicle may use")
     known = {lane.lane_id for lane in lanes}
@@ -144,15 +146,15 @@ def _drivable(net: Any, net_file: Path) -> tuple[list[Lane], dict[str, tuple[str
 def _lane(lane: Any, edge: int, internal: bool, net_file: Path) -> Lane:
     shape = _distinct(lane.getShape())
     if not (np.abs(shape) < _MAX_COORDINATE_M).all() or np.hypot(*np.diff(shape, axis=0).T).sum() > _MAX_LANE_M:
-        raise GpsecError(f"{net_file}: lane '{lane.getID()}': expected a shape on the Earth, of at most 1000 km")
+        raise GpsecError(f"{net_file}: lane '{shown(lane.getID())}': expected a shape on the Earth, of at most 1000 km")
     if not 0.0 < lane.getWidth() < _MAX_WIDTH_M:
         raise GpsecError(
-            f"{net_file}: lane '{lane.getID()}' has a width of {lane.getWidth()} m, "
+            f"{net_file}: lane '{shown(lane.getID())}' has a width of {lane.getWidth()} m, "
             f"expected more than 0 and less than {_MAX_WIDTH_M:g}"
         )
     if not 0.0 < lane.getSpeed() < inf:
         raise GpsecError(
-            f"{net_file}: lane '{lane.getID()}' has a speed of {lane.getSpeed()} m/s, expected more than 0 "
+            f"{net_file}: lane '{shown(lane.getID())}' has a speed of {lane.getSpeed()} m/s, expected more than 0 "
             "(an OpenDRIVE import without a valid speed limit does that)"
         )
     return Lane(lane.getID(), edge, internal, float(lane.getWidth()), shape, _successors(lane))

@@ -4,6 +4,7 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
+from gpsec.errors import shown
 from gpsec.opendrive.netfile import NetLane, net_lanes
 from gpsec.opendrive.polylines import stations
 
@@ -28,7 +29,7 @@ def describe_net(root: Element) -> list[str]:
     if narrow:
         named = min(narrow, key=lambda lane: lane.width_m)
         said.append(
-            f"lanes narrower than {NARROW_M:g} m: {len(narrow)}; '{named.lane_id}' is {named.width_m:.2f} m wide"
+            f"lanes narrower than {NARROW_M:g} m: {len(narrow)}; '{shown(named.lane_id)}' is {named.width_m:.2f} m wide"
         )
     shares = _parts(root, lanes)
     if len(shares) > 1:

@@ -4,7 +4,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from gpsec.errors import GpsecError
+from gpsec.errors import GpsecError, retold
 from gpsec.sumotools import run_program
 
 OPTIONS = (
@@ -59,7 +59,7 @@ def convert(source: Path, target: Path, map_file: Path) -> Converted:
     if second.returncode == 0 and target.is_file():
         return Converted(_said(second.stderr, "Warning: "), errors)
     words = "; ".join((errors or _said(second.stderr, "Error: "))[:3]) or "no reason given"
-    raise GpsecError(f"{map_file}: netconvert refuses it: {words}")
+    raise GpsecError(f"{map_file}: netconvert refuses it: {retold(words)}")
 
 
 def _said(printed: str, kind: str) -> tuple[str, ...]:

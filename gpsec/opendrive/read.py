@@ -9,7 +9,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from gpsec.arrays import Floats
-from gpsec.errors import GpsecError
+from gpsec.errors import GpsecError, shown
 from gpsec.opendrive.curves import Arc, Curve, Line, ParamPoly3, Poly3, Spiral
 from gpsec.opendrive.road import Cubics, Geometry, Lane, LaneSection, Road
 
@@ -35,7 +35,7 @@ def parse(map_file: Path) -> Element:
         if isinstance(element.tag, str):
             element.tag = element.tag.rpartition("}")[2]
     if root.tag != "OpenDRIVE":
-        raise GpsecError(f"{map_file}: expected OpenDRIVE, found <{root.tag}>")
+        raise GpsecError(f"{map_file}: expected OpenDRIVE, found <{shown(root.tag)}>")
     if root.find("road") is None:
         raise GpsecError(f"{map_file}: expected at least one road, found none")
     return root
@@ -58,7 +58,7 @@ class _Reader:
 
     def __init__(self, element: Element, map_file: Path) -> None:
         self._element = element
-        self._where = f"{map_file}: road '{element.get('id', '')}'"
+        self._where = f"{map_file}: road '{shown(element.get('id', ''))}'"
 
     def road(self) -> Road | None:
         element = self._element
@@ -95,7 +95,7 @@ class _Reader:
     def _curve(self, geometry: Element, s: float, length: float) -> Curve:
         shape = next((child for child in geometry if child.tag != "userData"), None)
         if shape is None or shape.tag not in _CURVES:
-            found = "none" if shape is None else f"<{shape.tag}>"
+            found = "none" if shape is None else f"<{shown(shape.tag)}>"
             self._refuse(f"geometry at s={s:g}: expected one of {', '.join(_CURVES)}, found {found}")
         if shape.tag == "line":
             return Line()
@@ -146,7 +146,7 @@ class _Reader:
         if written in ("no limit", "undefined"):
             return None
         if unit not in _MPS:
-            self._refuse(f"speed: expected one of the units {', '.join(filter(None, _MPS))}, found '{unit}'")
+            self._refuse(f"speed: expected one of the units {', '.join(filter(None, _MPS))}, found '{shown(unit)}'")
         return self._number(element, "max") * _MPS[unit]
 
     def _numbers(self, element: Element, keys: str | list[str]) -> Floats:
@@ -161,7 +161,7 @@ class _Reader:
         except ValueError:
             value = inf
         if not isfinite(value):
-            found = "none" if written is None else f"'{written[:40]}'"
+            found = "none" if written is None else f"'{shown(written)}'"
             self._refuse(f"<{element.tag}>: expected a number for '{key}', found {found}")
         return value
 

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from gpsec.arrays import Ints, Longs
-from gpsec.errors import GpsecError
+from gpsec.errors import GpsecError, shown
 from gpsec.geo import Projector
 from gpsec.outcomes.aggregates import detection_table, localization_table, safety_table
 from gpsec.outcomes.bands import bands_table
@@ -124,7 +124,9 @@ def _join(sources: list[Path], target: Path) -> None:
                 expected = header
                 joined.write(header + "\n")
             if header != expected:
-                raise GpsecError(f"{source}: header expected '{expected}' as in {sources[0]}, found '{header}'")
+                raise GpsecError(
+                    f"{source}: header expected '{shown(expected)}' as in {sources[0]}, found '{shown(header)}'"
+                )
             joined.write(rows)
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from itertools import accumulate
 
 from gpsec import noise
-from gpsec.errors import GpsecError, nearest
+from gpsec.errors import GpsecError, nearest, shown
 from gpsec.traffic.source import Departure
 
 
@@ -79,5 +79,7 @@ def run_profiles(shares: Mapping[str, float], named: Mapping[str, str]) -> tuple
 
     for name, where in named.items():
         if name not in PROFILES:
-            raise GpsecError(f"{where}: gpsec.sensors: unknown sensor profile '{name}': {nearest(name, PROFILES)}")
+            raise GpsecError(
+                f"{where}: gpsec.sensors: unknown sensor profile '{shown(name)}': {nearest(name, PROFILES)}"
+            )
     return tuple(dict.fromkeys([*shares, *sorted(named)]))

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from gpsec.arrays import Floats, Ints
-from gpsec.errors import GpsecError, nearest
+from gpsec.errors import GpsecError, nearest, shown
 from gpsec.fleet import Tracks, Vehicles
 from gpsec.outcomes.state import OUT_OF_LANE, OutcomeState
 from gpsec.outcomes.study import Study
@@ -119,7 +119,7 @@ def choose_plan(study: Study, asked: str | None) -> int:
     if not plans:
         raise GpsecError("--gui: expected an attack plan to show, found none in the scenario")
     if asked is not None and asked not in plans:
-        raise GpsecError(f"--gui-plan: unknown plan '{asked}'; {nearest(asked, plans)}")
+        raise GpsecError(f"--gui-plan: unknown plan '{shown(asked)}'; {nearest(asked, plans)}")
     return 1 if asked is None else study.plans.index(asked)
 
 
@@ -131,7 +131,7 @@ def choose_defence(study: Study, asked: str | None) -> int:
     """
     names = study.defence_names
     if asked is not None and asked not in names:
-        raise GpsecError(f"--gui-defence: unknown defence '{asked}'; {nearest(asked, names)}")
+        raise GpsecError(f"--gui-defence: unknown defence '{shown(asked)}'; {nearest(asked, names)}")
     if asked is not None:
         return names.index(asked)
     return max((at for at, (_, response) in enumerate(study.defences) if response != "none"), default=0)

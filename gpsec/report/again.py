@@ -9,13 +9,14 @@ from typing import Any
 import pandas as pd
 from pydantic import ValidationError
 
-from gpsec.errors import GpsecError
+from gpsec.errors import GpsecError, shown
 from gpsec.outcomes.tables import STEPS, read_table
 from gpsec.progress import Progress
 from gpsec.results import Results
 from gpsec.run import run_scenarios
 from gpsec.scenario import Scenario
 from gpsec.threads import cores
+from gpsec.traffic.config import is_file
 
 Tell = Callable[[Progress], None]
 
@@ -35,7 +36,7 @@ def simulate(run: Results, wanted: Mapping[str, Collection[str]], tell: Tell) ->
         if outcome.interrupted:
             raise KeyboardInterrupt
         for failure in outcome.failures:
-            raise failure.kind(f"scenario '{failure.scenario}' cannot be simulated again: {failure.sentence}")
+            raise failure.kind(f"scenario '{shown(failure.scenario)}' cannot be simulated again: {failure.sentence}")
         for name, vehicles in wanted.items():
             _check(run, name, vehicles, Path(folder) / name)
             found[name] = pd.read_parquet(Path(folder) / name / STEPS)
@@ -55,11 +56,13 @@ def _scenario(run: Results, name: str, vehicles: Collection[str]) -> Scenario:
         scenario = Scenario.model_validate(stated["configuration"])
     except ValidationError as error:
         said = error.errors()[0]["msg"].removeprefix("Value error, ")
-        raise GpsecError(f"{run.folder}: the configuration of '{name}' cannot be run by this version: {said}") from None
-    if not scenario.sumocfg.is_file():
         raise GpsecError(
-            f"{scenario.sumocfg}: the traffic of '{name}' is not there, so that its vehicles cannot be simulated again;"
-            " start gpsec where the run was started"
+            f"{run.folder}: the configuration of '{shown(name)}' cannot be run by this version: {said}"
+        ) from None
+    if not is_file(scenario.sumocfg):
+        raise GpsecError(
+            f"{shown(scenario.sumocfg)}: the traffic of '{shown(name)}' is not there, so that its vehicles cannot be"
+            " simulated again; start gpsec where the run was started"
         )
     changes: dict[str, Any] = {"log_steps": True, "log_vehicles": (), "threads": 1}
     journeys = run.vehicles[(run.vehicles["scenario"] == name) & run.vehicles["vehicle_id"].isin(list(vehicles))]
@@ -85,6 +88,6 @@ def _check(run: Results, name: str, vehicles: Collection[str], folder: Path) -> 
     )
     if not now.equals(then):
         raise GpsecError(
-            f"{run.folder}: the vehicles of '{name}' do not do what they did in this run, so that gpsec, SUMO or the"
-            " scenario's files have changed since; run it again"
+            f"{run.folder}: the vehicles of '{shown(name)}' do not do what they did in this run, so that gpsec, SUMO or"
+            " the scenario's files have changed since; run it again"
         )

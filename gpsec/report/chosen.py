@@ -6,7 +6,7 @@ from typing import Any
 
 import pandas as pd
 
-from gpsec.errors import GpsecError, nearest
+from gpsec.errors import GpsecError, nearest, shown
 from gpsec.report.figures import UNDEFENDED
 from gpsec.report.frame import group_name
 from gpsec.results import Results
@@ -85,16 +85,18 @@ def story_of(run: Results, vehicle_id: str, scenario: str | None = None, attack:
         mine = mine[mine["scenario"] == scenario]
     if mine.empty:
         close = get_close_matches(vehicle_id, run.vehicles["vehicle_id"].cat.categories, n=1)
-        hint = f"did you mean '{close[0]}'?" if close else "their ids are in vehicles.csv"
-        raise GpsecError(f"{run.folder}: no vehicle '{vehicle_id}' in this run; {hint}")
+        hint = f"did you mean '{shown(close[0])}'?" if close else "their ids are in vehicles.csv"
+        raise GpsecError(f"{run.folder}: no vehicle '{shown(vehicle_id)}' in this run; {hint}")
     scenarios = list(dict.fromkeys(mine["scenario"]))
     if len(scenarios) > 1:
         raise GpsecError(
-            f"{run.folder}: vehicle '{vehicle_id}' is in {', '.join(scenarios)}; say which with --scenario"
+            f"{run.folder}: vehicle '{shown(vehicle_id)}' is in {', '.join(scenarios)}; say which with --scenario"
         )
     attacks = [name for name in dict.fromkeys(mine["attack"]) if name != "none"]
     if attack is not None and attack not in {*attacks, "none"}:
-        raise GpsecError(f"{run.folder}: vehicle '{vehicle_id}' was not under '{attack}': {nearest(attack, attacks)}")
+        raise GpsecError(
+            f"{run.folder}: vehicle '{shown(vehicle_id)}' was not under '{shown(attack)}': {nearest(attack, attacks)}"
+        )
     chosen = attack or next(iter(attacks), "none")
     events = run.events
     rows = events[(events["scenario"] == scenarios[0]) & (events["vehicle_id"] == vehicle_id)]

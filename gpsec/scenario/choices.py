@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from gpsec.errors import nearest
+from gpsec.errors import nearest, shown
 
 # Defences only, not scored detectors: told the truth, and never in alarm.
 BOUNDS = ("never", "oracle")
@@ -51,5 +51,5 @@ def require(kind: str, name: str, known: Iterable[str]) -> str:
     """
     known = list(known)
     if name not in known:
-        raise ValueError(f"unknown {kind} '{name}': {nearest(name, known)}")
+        raise ValueError(f"unknown {kind} '{shown(name)}': {nearest(name, known)}")
     return name

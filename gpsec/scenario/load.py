@@ -9,12 +9,12 @@ from typing import Any
 from pydantic import ValidationError
 
 from gpsec.attacks.plans import PlanConfig, plan_config
-from gpsec.errors import GpsecError
+from gpsec.errors import GpsecError, shown
 from gpsec.scenario.defaults import default_list
 from gpsec.scenario.model import MAX_NAME, NAME, Scenario
 from gpsec.scenario.overrides import Override, apply
 from gpsec.scenario.paths import UNUSABLE, Found, expand, find, only_sumocfg, reason
-from gpsec.scenario.sentences import dotted, origin, sentence, shown
+from gpsec.scenario.sentences import dotted, origin, quoted, sentence
 
 
 def load_scenario(argument: str | Path, overrides: Sequence[Override] = ()) -> Scenario:
@@ -61,14 +61,14 @@ def _sumocfg(raw: dict[str, Any], found: Found, file: str, overrides: list[Overr
         return (found.sumocfg or only_sumocfg(found.folder)).resolve()
     where = f"{origin(('sumocfg',), file, overrides)}: sumocfg"
     if not isinstance(stated, str):
-        raise GpsecError(f"{where}: expected a path, found {shown(stated)}")
+        raise GpsecError(f"{where}: expected a path, found {quoted(stated)}")
     try:
         path = expand(stated, found.folder)
         there = path.is_file()
     except UNUSABLE as error:
-        raise GpsecError(f"{where}: expected a path, found {shown(stated)}: {reason(error)}") from None
+        raise GpsecError(f"{where}: expected a path, found {quoted(stated)}: {reason(error)}") from None
     if not there:
-        raise GpsecError(f"{where}: expected a .sumocfg, found no file {path}")
+        raise GpsecError(f"{where}: expected a .sumocfg, found no file {shown(path)}")
     return path
 
 
@@ -85,10 +85,10 @@ def _find_models(raw: dict[str, Any], found: Found, file: str, overrides: list[O
         there = path.is_dir()
     except UNUSABLE as error:
         raise GpsecError(
-            f"{source}: detection.models: expected a folder, found {shown(stated)}: {reason(error)}"
+            f"{source}: detection.models: expected a folder, found {quoted(stated)}: {reason(error)}"
         ) from None
     if not there:
-        raise GpsecError(f"{source}: detection.models: expected a folder with models, found none at {path}")
+        raise GpsecError(f"{source}: detection.models: expected a folder with models, found none at {shown(path)}")
     raw["detection"] = {**section, "models": str(path)}
 
 
@@ -103,7 +103,7 @@ def _as_name(sumocfg: Path, found: Found) -> str:
 def _plan(table: object, place: int, file: str, overrides: list[Override]) -> PlanConfig:
     key = ("plans", place)
     if not isinstance(table, dict):
-        raise GpsecError(f"{origin(key, file, overrides)}: {dotted(key)}: expected a table, found {shown(table)}")
+        raise GpsecError(f"{origin(key, file, overrides)}: {dotted(key)}: expected a table, found {quoted(table)}")
     try:
         return plan_config(table, dotted(key))
     except GpsecError as error:

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, field_serializer, field_validator, model_validator
 
 from gpsec.attacks.plans import MAX_TIME_S, PlanConfig
+from gpsec.errors import shown
 from gpsec.scenario import choices
 from gpsec.scenario.defaults import default_list
 from gpsec.scenario.paths import expand, portable
@@ -80,7 +81,7 @@ class Scenario(Section):
     @classmethod
     def _usable_as_folder(cls, name: str) -> str:
         if not NAME.fullmatch(name):
-            raise ValueError(f"expected letters, digits, '.', '_' and '-' only, found '{name}'")
+            raise ValueError(f"expected letters, digits, '.', '_' and '-' only, found '{shown(name)}'")
         if len(name) > MAX_NAME:
             raise ValueError(f"expected at most {MAX_NAME} characters, found {len(name)}")
         return name
@@ -91,7 +92,7 @@ class Scenario(Section):
         names = [defence.name for defence in defences]
         for position, name in enumerate(names):
             if name in names[:position]:
-                raise ValueError(f"'{name}' is listed twice")
+                raise ValueError(f"'{shown(name)}' is listed twice")
         undefended = Defence(detector="never", response="none")
         return (undefended, *(defence for defence in defences if defence != undefended))
 
@@ -101,7 +102,7 @@ class Scenario(Section):
         names = [plan.name for plan in plans]
         for position, name in enumerate(names):
             if name in names[:position]:
-                raise ValueError(f"two plans are called '{name}'; give one of them a `name`")
+                raise ValueError(f"two plans are called '{shown(name)}'; give one of them a `name`")
         return plans
 
     @model_validator(mode="after")
@@ -110,7 +111,7 @@ class Scenario(Section):
         for defence in self.defences:
             if defence.detector not in (*choices.BOUNDS, *scored):
                 raise ValueError(
-                    f"defences: '{defence.name}' needs a detector that detection.detectors does not list"
+                    f"defences: '{shown(defence.name)}' needs a detector that detection.detectors does not list"
                     f" (listed: {', '.join(scored) or 'none'})"
                 )
         return self

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from gpsec.errors import GpsecError, nearest
+from gpsec.errors import GpsecError, nearest, shown
 
 Key = tuple[str | int, ...]
 
@@ -44,7 +44,7 @@ def _value(text: str, flag: str) -> Any:
         table = tomllib.loads(f"value = {text}")
     except (ValueError, RecursionError):
         if not text or text[0] in "[{\"'" or "\n" in text:
-            raise GpsecError(f"{flag}: expected a TOML value after '=', found '{text[:60]}'") from None
+            raise GpsecError(f"{flag}: expected a TOML value after '=', found '{shown(text)}'") from None
         return text
     if len(table) > 1:
         raise GpsecError(f"{flag}: expected one value after '=', found several lines")
@@ -90,7 +90,7 @@ def _place(here: Any, part: str | int, path: list[str | int], override: Override
         return str(part)
     where = ".".join(map(str, path))
     if not isinstance(here, list):
-        raise GpsecError(f"{override.flag}: {where} is neither a table nor a list, found {here!r}")
+        raise GpsecError(f"{override.flag}: {where} is neither a table nor a list, found {shown(repr(here))}")
     if isinstance(part, int):
         if part > len(here):
             raise GpsecError(f"{override.flag}: expected a position from 0 to {len(here)} in {where}, found {part}")
@@ -98,5 +98,5 @@ def _place(here: Any, part: str | int, path: list[str | int], override: Override
     named = [item.get("name", item.get("attack")) if isinstance(item, dict) else None for item in here]
     if part not in named:
         known = nearest(part, [str(name) for name in named if name is not None])
-        raise GpsecError(f"{override.flag}: {where} has nothing called '{part}': {known}")
+        raise GpsecError(f"{override.flag}: {where} has nothing called '{shown(part)}': {known}")
     return named.index(part)

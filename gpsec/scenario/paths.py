@@ -4,7 +4,7 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-from gpsec.errors import GpsecError, nearest
+from gpsec.errors import GpsecError, nearest, shown
 
 TOML_NAME = "gpsec.toml"
 
@@ -40,9 +40,9 @@ def find(argument: str | Path) -> Found:
         path.resolve()
         there = path.exists()
     except UNUSABLE as error:
-        raise GpsecError(f"{str(argument)[:100]}: cannot be used as a path: {reason(error)}") from None
+        raise GpsecError(f"{shown(argument)}: cannot be used as a path: {reason(error)}") from None
     if not there:
-        raise GpsecError(f"{argument}: no such file or folder{_meant(path)}")
+        raise GpsecError(f"{shown(argument)}: no such file or folder{_meant(path)}")
     if path.is_dir():
         return _in_folder(path)
     if stem := _sumocfg_stem(path.name):
@@ -50,7 +50,9 @@ def find(argument: str | Path) -> Found:
     if path.suffix == ".toml":
         return Found(path, path.parent, None, _folder_name(path.parent))
     found = path.suffix or path.name
-    raise GpsecError(f"{argument}: expected a scenario folder, its {TOML_NAME} or a .sumocfg, found a file '{found}'")
+    raise GpsecError(
+        f"{argument}: expected a scenario folder, its {TOML_NAME} or a .sumocfg, found a file '{shown(found)}'"
+    )
 
 
 def only_sumocfg(folder: Path) -> Path:
@@ -64,7 +66,7 @@ def only_sumocfg(folder: Path) -> Path:
         return found[0]
     if not found:
         raise GpsecError(f"{folder}: expected one .sumocfg, found none; name it as `sumocfg` in {TOML_NAME}")
-    names = ", ".join(path.name for path in found)
+    names = shown(", ".join(path.name for path in found))
     raise GpsecError(f"{folder}: expected one .sumocfg, found {names}; name one as `sumocfg` in {TOML_NAME}")
 
 
@@ -114,7 +116,7 @@ def _in_folder(folder: Path) -> Found:
         return Found(toml, folder, None, _folder_name(folder))
     if not any(folder.glob("*.sumocfg")):
         inside = [path.name for path in scenarios_in(folder)]
-        hint = f"; the folders {', '.join(inside)} in it are scenarios" if inside else ""
+        hint = f"; the folders {shown(', '.join(inside))} in it are scenarios" if inside else ""
         raise GpsecError(f"{folder}: expected a {TOML_NAME} or one .sumocfg, found neither{hint}")
     return Found(None, folder, only_sumocfg(folder), _folder_name(folder))
 
@@ -138,5 +140,5 @@ def _meant(path: Path) -> str:
     here = {str(found): found for found in [*scenarios_in(Path("scenarios")), *scenarios_in(path.parent)]}
     for text, found in here.items():
         if found.name == path.name:
-            return f"; did you mean '{text}'?"
+            return f"; did you mean '{shown(text)}'?"
     return f": {nearest(str(path), here)}" if here else ""

@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator
 
 from gpsec.attacks.plans import MAX_TIME_S
+from gpsec.errors import shown
 from gpsec.scenario import choices
 
 
@@ -52,7 +53,7 @@ class FleetSection(Section):
         for name, share in shares.items():
             choices.require("profile", name, choices.profiles())
             if share <= 0.0:
-                raise ValueError(f"expected a share above 0 for '{name}', found {share:g}")
+                raise ValueError(f"expected a share above 0 for '{shown(name)}', found {share:g}")
         total = sum(shares.values())
         if abs(total - 1.0) > 1e-6:
             raise ValueError(f"expected shares that add up to 1, found {total:g}")
@@ -104,7 +105,7 @@ class DetectionSection(Section):
         for position, name in enumerate(names):
             choices.require("detector", name, choices.detectors())
             if name in names[:position]:
-                raise ValueError(f"'{name}' is listed twice")
+                raise ValueError(f"'{shown(name)}' is listed twice")
         return names
 
     @field_validator("false_alarm_rate")

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Union, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from gpsec.errors import nearest
+from gpsec.errors import nearest, shown
 from gpsec.scenario.overrides import Key, Override
 
 _EXPECTED = {
@@ -67,13 +67,13 @@ def _message(error: ErrorDetails, key: Key, model: type[BaseModel]) -> str:
     if kind == "extra_forbidden":
         choices = nearest(str(key[-1]), _keys_at(model, key[:-1]))
         where = f" in {dotted(key[:-1])}" if len(key) > 1 else ""
-        return f"unknown key '{key[-1]}'{where}: {choices}"
+        return f"unknown key '{shown(key[-1])}'{where}: {choices}"
     said = _said(error)
     return f"{dotted(key)}: {said}" if key else said
 
 
 def _said(error: ErrorDetails) -> str:
-    kind, context, found = error["type"], error.get("ctx", {}), shown(error["input"])
+    kind, context, found = error["type"], error.get("ctx", {}), quoted(error["input"])
     if kind == "missing":
         return "is missing"
     if kind == "value_error":
@@ -96,10 +96,9 @@ def _literal_hint(expected: str, found: Any) -> str:
     return f"; {hint.partition(' (')[0]}" if hint.startswith("did") else ""
 
 
-def shown(value: Any) -> str:
-    """Return `value` as the user would recognise it, cut short."""
-    text = repr(value).replace("True", "true").replace("False", "false") if isinstance(value, bool) else repr(value)
-    return text if len(text) <= 60 else f"{text[:57]}..."
+def quoted(value: Any) -> str:
+    """Return `value` as the user would recognise it: texts in quotes, true and false as in TOML."""
+    return shown(str(value).lower() if isinstance(value, bool) else repr(value))
 
 
 def _keys_at(model: type[BaseModel], key: Key) -> list[str]:

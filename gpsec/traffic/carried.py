@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from gpsec.arrays import Floats
-from gpsec.errors import GpsecError
+from gpsec.errors import GpsecError, shown
 from gpsec.traffic.inputs import PREFIX, own_parameters
 
 ATTACK_KEY, PLAN_KEY, RADIUS_KEY = f"{PREFIX}attack", f"{PREFIX}plan", f"{PREFIX}radius_m"
@@ -41,7 +41,7 @@ class CarriedAttack:
     @property
     def where(self) -> str:
         """Its place, for error messages."""
-        return f"{self.file}: {self.element} '{self.owner_id}'"
+        return f"{self.file}: {self.element} '{shown(self.owner_id)}'"
 
     @property
     def plan(self) -> str:
@@ -87,8 +87,8 @@ def check_departing(files: Iterable[Path]) -> None:
         for own in own_parameters(file):
             if own.element in DEPARTING and (own.file, own.element, own.owner_id) not in carry:
                 raise GpsecError(
-                    f"{own.file}: {own.element} '{own.owner_id}': parameter '{own.key}': expected '{ATTACK_KEY}' "
-                    "beside it, found none"
+                    f"{own.file}: {own.element} '{shown(own.owner_id)}': parameter '{shown(own.key)}': expected "
+                    f"'{ATTACK_KEY}' beside it, found none"
                 )
 
 

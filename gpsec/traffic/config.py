@@ -7,7 +7,7 @@ from pathlib import Path
 from urllib.parse import unquote
 from xml.etree import ElementTree
 
-from gpsec.errors import GpsecError
+from gpsec.errors import GpsecError, shown
 from gpsec.traffic.inputs import UNREADABLE
 from gpsec.traffic.optiontable import SumoOption, sumo_options_by_name
 
@@ -37,7 +37,7 @@ class SumoConfig:
             whole = self._path(item)
             parts = item.replace(";", " ").split()
             # SUMO 1.28 separates by commas alone; older versions took semicolons and blanks too.
-            if len(parts) > 1 and not whole.exists():
+            if len(parts) > 1 and not is_file(whole):
                 paths += [self._path(part) for part in parts]
             elif parts:
                 paths.append(whole)
@@ -54,7 +54,7 @@ def read_config(path: Path) -> SumoConfig:
         GpsecError: it is missing, is no XML, gives an option twice, or has one that no SUMO program knows.
     """
     path = Path(path).absolute()
-    if not path.is_file():
+    if not is_file(path):
         raise GpsecError(f"{path}: SUMO configuration not found{_nearby(path)}")
     try:
         root = ElementTree.parse(path).getroot()
@@ -78,9 +78,17 @@ def read_config(path: Path) -> SumoConfig:
     return SumoConfig(path, values, tuple(gui_only))
 
 
+def is_file(path: Path) -> bool:
+    """Return whether there is a file at `path`; there is none under a name that no file system takes."""
+    try:
+        return path.is_file()
+    except OSError:
+        return False
+
+
 def missing_file(config: SumoConfig, key: str, path: Path) -> GpsecError:
     """Return the error for a `path` under `key` that is not there."""
-    return GpsecError(f"{config.path}: {key} names '{path}', which does not exist{_nearby(path)}")
+    return GpsecError(f"{config.path}: {key} names '{shown(path)}', which does not exist{_nearby(path)}")
 
 
 def _leaves(parent: ElementTree.Element, topic: str) -> list[tuple[str, ElementTree.Element]]:
@@ -93,14 +101,17 @@ def _leaves(parent: ElementTree.Element, topic: str) -> list[tuple[str, ElementT
 
 def _unknown_option(path: Path, name: str, topic: str, known: dict[str, SumoOption]) -> str:
     close = get_close_matches(name, known, n=1, cutoff=0.5)
-    place = f" in <{topic}>" if topic else ""
-    hint = f": did you mean '{close[0]}'?" if close else ""
-    return f"{path}: option '{name}'{place} is not known to SUMO{hint}"
+    place = f" in <{shown(topic)}>" if topic else ""
+    hint = f": did you mean '{shown(close[0])}'?" if close else ""
+    return f"{path}: option '{shown(name)}'{place} is not known to SUMO{hint}"
 
 
 def _nearby(path: Path) -> str:
-    if not path.parent.is_dir():
-        return f" (there is no folder '{path.parent}')"
-    names = sorted(entry.name for entry in path.parent.iterdir())
+    try:
+        if not path.parent.is_dir():
+            return f" (there is no folder '{shown(path.parent)}')"
+        names = sorted(entry.name for entry in path.parent.iterdir())
+    except OSError:
+        return ""
     close = get_close_matches(path.name, names, n=1, cutoff=0.5)
-    return f": did you mean '{close[0]}'?" if close else ""
+    return f": did you mean '{shown(close[0])}'?" if close else ""

@@ -6,8 +6,8 @@ from math import inf, isfinite
 from pathlib import Path
 from xml.etree import ElementTree
 
-from gpsec.errors import GpsecError
-from gpsec.traffic.config import SumoConfig, missing_file, read_config
+from gpsec.errors import GpsecError, shown
+from gpsec.traffic.config import SumoConfig, is_file, missing_file, read_config
 from gpsec.traffic.input_files import input_files
 from gpsec.traffic.inputs import UNREADABLE, first_match, open_input
 from gpsec.traffic.optiontable import SumoOption, sumo_options_by_name
@@ -129,10 +129,10 @@ def _input_files(config: SumoConfig) -> dict[str, list[Path]]:
     files = {key: config.paths(key) for key in ("net-file", "route-files", "additional-files")}
     for key, paths in files.items():
         for path in paths:
-            if not path.is_file():
+            if not is_file(path):
                 raise missing_file(config, key, path)
             if "," in str(path):
-                raise GpsecError(f"{config.path}: SUMO cannot read '{path}' because of the comma in its path")
+                raise GpsecError(f"{config.path}: SUMO cannot read '{shown(path)}' because of the comma in its path")
     if not files["net-file"]:
         raise GpsecError(f"{config.path}: expected the key 'net-file', found no net")
     _check_net(config, files["net-file"][0])
@@ -145,10 +145,10 @@ def _check_net(config: SumoConfig, path: Path) -> None:
         with open_input(path) as stream:
             _, root = next(ElementTree.iterparse(stream, events=("start",)))
     except (*UNREADABLE, StopIteration) as error:
-        raise GpsecError(f"{config.path}: net-file '{path}' is not readable as XML: {error}") from None
+        raise GpsecError(f"{config.path}: net-file '{shown(path)}' is not readable as XML: {error}") from None
     if root.tag != "net" or not root.get("version"):
-        found = f"<{root.tag}>" if root.tag != "net" else "<net> without a version"
-        raise GpsecError(f"{config.path}: net-file '{path}': expected <net version=…>, found {found}")
+        found = f"<{shown(root.tag)}>" if root.tag != "net" else "<net> without a version"
+        raise GpsecError(f"{config.path}: net-file '{shown(path)}': expected <net version=…>, found {found}")
 
 
 def _step(config: SumoConfig, asked_s: float | None, notes: list[str]) -> float:
@@ -163,7 +163,7 @@ def _step(config: SumoConfig, asked_s: float | None, notes: list[str]) -> float:
     if not MIN_STEP_S <= own_s < inf:
         raise GpsecError(
             f"{config.path}: option 'step-length': expected {MIN_STEP_S:g} s or more, found "
-            f"'{config.values['step-length']}'; the usual one is {DEFAULT_STEP_S:g} s"
+            f"'{shown(config.values['step-length'])}'; the usual one is {DEFAULT_STEP_S:g} s"
         )
     if own_s > DEFAULT_STEP_S:
         keeps = "keeps the scenario's own" if own_s <= MAX_STEP_S else "comes closest to it"
@@ -186,7 +186,7 @@ def _lateral_resolution(
     if not (own_m <= 0.0 or MIN_LATERAL_RESOLUTION_M <= own_m <= MAX_LATERAL_RESOLUTION_M):
         raise GpsecError(
             f"{config.path}: option 'lateral-resolution': expected 0 (off), or {MIN_LATERAL_RESOLUTION_M:g} to "
-            f"{MAX_LATERAL_RESOLUTION_M:g} m, found '{config.values['lateral-resolution']}'"
+            f"{MAX_LATERAL_RESOLUTION_M:g} m, found '{shown(config.values['lateral-resolution'])}'"
         )
     if own_m > 0.0:
         return own_m
@@ -195,7 +195,7 @@ def _lateral_resolution(
         return 0.0
     for path in input_files((*files["additional-files"], *files["route-files"])):
         if model := first_match(path, _LANE_MODELS_WITHOUT_SUBLANES):
-            notes.append(f"lateral-resolution left off: {path.name} uses lane-change model {model}")
+            notes.append(f"lateral-resolution left off: {path.name} uses lane-change model {shown(model)}")
             return 0.0
     notes.append(
         f"lateral-resolution set to {DEFAULT_LATERAL_RESOLUTION_M:g} m; traffic.lateral_resolution_m = 0 keeps the "
@@ -221,7 +221,7 @@ def _kept_values(config: SumoConfig, files: dict[str, list[Path]], notes: list[s
         if value:
             kept[option.name] = value
     if config.gui_only:
-        notes.append(f"ignored (sumo-gui only): {', '.join(config.gui_only)}")
+        notes.append(f"ignored (sumo-gui only): {shown(', '.join(config.gui_only))}")
     if outputs := [option.name for option, value in _given(config) if value and _is_output(option)]:
         notes.append(f"outputs left out: {', '.join(outputs)}")
     if _is_on(config, "random"):
@@ -248,7 +248,7 @@ def _number(config: SumoConfig, name: str, default: float) -> float:
     try:
         return float(text) if text else default
     except ValueError:
-        raise GpsecError(f"{config.path}: option '{name}': expected a number, found '{text}'") from None
+        raise GpsecError(f"{config.path}: option '{name}': expected a number, found '{shown(text)}'") from None
 
 
 def _seconds(config: SumoConfig, name: str, default: float) -> float:
@@ -264,5 +264,5 @@ def _seconds(config: SumoConfig, name: str, default: float) -> float:
     except ValueError:
         if not text:
             return default
-        raise GpsecError(f"{config.path}: option '{name}': expected seconds or h:m:s, found '{text}'") from None
+        raise GpsecError(f"{config.path}: option '{name}': expected seconds or h:m:s, found '{shown(text)}'") from None
     return -seconds if text.startswith("-") else seconds

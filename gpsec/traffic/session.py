@@ -10,7 +10,7 @@ from typing import Self
 
 import libsumo
 
-from gpsec.errors import GpsecError
+from gpsec.errors import GpsecError, retold
 from gpsec.traffic.carried import Spoofers, carried_attacks, check_departing
 from gpsec.traffic.clock import step_count
 from gpsec.traffic.options import SumoOptions
@@ -101,7 +101,7 @@ class SumoSession:
             return WindowClosedError()
         words = sumo_words(self._stderr.text(), str(error))
         self.close()
-        return GpsecError(f"{self.options.config}: SUMO says: {words}")
+        return GpsecError(f"{self.options.config}: SUMO says: {retold(words)}")
 
     def __enter__(self) -> Self:
         return self

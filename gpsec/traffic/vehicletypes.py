@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from math import inf
 from pathlib import Path
 
-from gpsec.errors import GpsecError, nearest
+from gpsec.errors import GpsecError, nearest, shown
 from gpsec.traffic.carried import ATTACK_KEY, carried_attacks
 from gpsec.traffic.input_files import input_files
 from gpsec.traffic.inputs import PREFIX, all_matches, own_parameters
@@ -70,12 +70,12 @@ def read_type(type_id: str) -> VehicleType:
     vehicle_class = types.getVehicleClass(type_id)
     for name, size_m in (("length", types.getLength(type_id)), ("width", types.getWidth(type_id))):
         if not 0.0 < size_m < inf:
-            raise GpsecError(f"vType '{type_id}': {name}: expected a number of metres above 0, found {size_m:g}")
+            raise GpsecError(f"vType '{shown(type_id)}': {name}: expected a number of metres above 0, found {size_m:g}")
     return VehicleType(
         vehicle_class=vehicle_class,
         length_m=types.getLength(type_id),
         width_m=types.getWidth(type_id),
-        equipped_share=_share(f"vType '{type_id}'", types.getParameter(type_id, "gpsec.equipped")),
+        equipped_share=_share(f"vType '{shown(type_id)}'", types.getParameter(type_id, "gpsec.equipped")),
         sensors=types.getParameter(type_id, "gpsec.sensors") or None,
         on_roads=vehicle_class in ROAD_CLASSES,
     )
@@ -92,22 +92,22 @@ def check_type_keys(files: tuple[Path, ...]) -> None:
     spoofers = {attack.owner_id for attack in carried_attacks(files) if attack.element == "vType"}
     for file in files:
         for found in own_parameters(file):
-            where = f"{found.file}: {found.element} '{found.owner_id}'"
+            where = f"{found.file}: {shown(found.element)} '{shown(found.owner_id)}'"
             if found.element != "vType":
                 if found.key in TYPE_KEYS:
                     raise GpsecError(
-                        f"{where}: parameter '{found.key}': expected it in a vType, for all vehicles of the type"
+                        f"{where}: parameter '{shown(found.key)}': expected it in a vType, for all vehicles of the type"
                     )
                 continue
             if found.owner_id in spoofers:
                 if found.key in TYPE_KEYS:
                     raise GpsecError(
-                        f"{where}: parameter '{found.key}': expected none beside '{ATTACK_KEY}', since a spoofer is "
-                        "not part of the fleet"
+                        f"{where}: parameter '{shown(found.key)}': expected none beside '{ATTACK_KEY}', since a "
+                        "spoofer is not part of the fleet"
                     )
             elif found.key not in TYPE_KEYS:
                 raise GpsecError(
-                    f"{where}: unknown parameter '{found.key}': {nearest(found.key, (*TYPE_KEYS, ATTACK_KEY))}"
+                    f"{where}: unknown parameter '{shown(found.key)}': {nearest(found.key, (*TYPE_KEYS, ATTACK_KEY))}"
                 )
             if found.key == f"{PREFIX}equipped":
                 _share(where, found.value)
@@ -126,13 +126,13 @@ def check_type_names(names: Sequence[str], files: tuple[Path, ...], where: str) 
     for name in unknown:
         if name not in known:
             choices = nearest(name, known) if known else "the scenario defines none"
-            raise GpsecError(f"{where}: unknown vehicle type '{name}': {choices}")
+            raise GpsecError(f"{where}: unknown vehicle type '{shown(name)}': {choices}")
 
 
 def named_sensors(files: tuple[Path, ...]) -> dict[str, str]:
     """Return the sensor profiles that vehicle types in `files` name, with where they do, for error messages."""
     return {
-        found.value: f"{found.file}: vType '{found.owner_id}'"
+        found.value: f"{found.file}: vType '{shown(found.owner_id)}'"
         for file in files
         for found in own_parameters(file)
         if found.element == "vType" and found.key == f"{PREFIX}sensors" and found.value
@@ -147,5 +147,7 @@ def _share(where: str, text: str) -> float | None:
     except ValueError:
         share = -1.0
     if not 0.0 <= share <= 1.0:
-        raise GpsecError(f"{where}: parameter '{PREFIX}equipped': expected a probability from 0 to 1, found '{text}'")
+        raise GpsecError(
+            f"{where}: parameter '{PREFIX}equipped': expected a probability from 0 to 1, found '{shown(text)}'"
+        )
     return share

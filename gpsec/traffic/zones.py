@@ -8,7 +8,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 
 from gpsec.arrays import Floats
-from gpsec.errors import GpsecError, nearest
+from gpsec.errors import GpsecError, nearest, shown
 from gpsec.traffic.carried import ATTACK_KEY, DEPARTING
 from gpsec.traffic.inputs import own_parameters
 from gpsec.traffic.options import SumoOptions
@@ -80,7 +80,7 @@ def read_zones(known_keys: Collection[str], files: tuple[Path, ...]) -> list[Zon
         if len(np.unique(zone.shape_m, axis=0)) < 3:
             names = ", ".join(file.name for file in files)
             found = len(zone.shape_m)
-            raise GpsecError(f"{names}: zone '{zone.zone_id}': expected three corners or more, found {found}")
+            raise GpsecError(f"{names}: zone '{shown(zone.zone_id)}': expected three corners or more, found {found}")
     _refuse_unknown_keys(known_keys, files)
     return polygons + points
 
@@ -97,11 +97,11 @@ def _refuse_unknown_keys(known_keys: Collection[str], files: tuple[Path, ...]) -
                 continue  # what vehicles carry is looked at elsewhere
             if found.key == ATTACK_KEY and found.owner_type != ZONE_TYPE:
                 raise GpsecError(
-                    f"{found.file}: {found.element} '{found.owner_id}': parameter '{found.key}': expected it in a poly "
-                    f"or poi of type '{ZONE_TYPE}', found type '{found.owner_type}'"
+                    f"{found.file}: {shown(found.element)} '{shown(found.owner_id)}': parameter '{shown(found.key)}': "
+                    f"expected it in a poly or poi of type '{ZONE_TYPE}', found type '{shown(found.owner_type)}'"
                 )
             if found.element in ("poly", "poi") and found.owner_type == ZONE_TYPE and found.key not in known_keys:
                 raise GpsecError(
-                    f"{found.file}: zone '{found.owner_id}': unknown parameter '{found.key}': "
+                    f"{found.file}: zone '{shown(found.owner_id)}': unknown parameter '{shown(found.key)}': "
                     f"{nearest(found.key, known_keys)}"
                 )

@@ -12,7 +12,7 @@ from gpsec import cli
 from gpsec.traffic import remote
 from gpsec.traffic.session import SumoSession
 
-from .worlds import CAR, FLOW, Case, car, config, lay_out, point, routes, zone
+from .worlds import CAR, FLOW, INPUTS, Case, car, config, lay_out, point, routes, zone
 
 
 def toml(text: str | bytes, *says: str) -> Case:
@@ -64,9 +64,37 @@ DRIFT = {"attack": "drift"}
 SPOOFS = '<param key="gpsec.attack" value="drift"/>'
 ONE_PLAN = '<param key="gpsec.plan" value="one"/>'
 LANE = r'(<lane id="A0A1_0" [^>]*)'
+LONG = "x" * 5000
+# C1 controls and bidi marks may stand in XML; any character may stand in TOML.
+STEERS = "\x9b2J\u202e"
+ESCAPED = "\\x9b2J\\u202e"
 
 # What is found before SUMO is started.
 EARLY = {
+    # what floods or steers the terminal
+    "net whose name is too long": Case(
+        ("run.sumocfg: net-file names '", "x.net.xml', which does not exist"),
+        {"run.sumocfg": config(inputs=INPUTS.replace("grid", LONG))},
+    ),
+    "net in a folder whose name is too long": Case(
+        ("run.sumocfg: net-file names '", "/grid.net.xml', which does not exist"),
+        {"run.sumocfg": config(inputs=INPUTS.replace("grid", f"{LONG}/grid"))},
+    ),
+    "routes of which one has a name that is too long": Case(
+        ("run.sumocfg: route-files names '",), {"run.sumocfg": config(inputs=INPUTS.replace("cars", f"{LONG} a"))}
+    ),
+    "long option": options(f"<{LONG} value='1'/>", "not known to SUMO"),
+    "long value of an option": options(f"<step-length value='{LONG}'/>", "expected seconds or h:m:s, found 'xx"),
+    "option that steers": options(f"<step-length value='{STEERS}'/>", f"found '{ESCAPED}'"),
+    "long value": toml(f"fleet.profile = '{LONG}'", "fleet.profile", "unknown profile 'xx"),
+    "long key": toml(f"{LONG} = 1", "unknown key 'xx"),
+    "value that steers": toml('fleet.profile = "\\u001b[2J\\u202e"', "unknown profile '\\x1b[2J\\u202e'"),
+    "list that is long": toml(f"fleet.profile = [{'1, ' * 5000}]", "fleet.profile"),
+    "path that is too long": toml(f"sumocfg = '{LONG}'", "sumocfg: expected a path, found 'xx", "too long"),
+    "parameter that steers": Case(
+        ("cars.rou.xml: vType 'car': unknown parameter 'gpsec." + ESCAPED,),
+        {"cars.rou.xml": car(f"gpsec.{STEERS}", "1")},
+    ),
     # gpsec.toml
     "huge whole number": toml(f"duration_s = 1{'0' * 400}", "duration_s: expected a number"),
     "number of too many digits": toml(f"seed = 1{'0' * 5000}", "not valid TOML"),
@@ -255,6 +283,9 @@ LATE = {
             "</additional>",
         },
     ),
+    "long words of SUMO": Case(
+        ("run.sumocfg: SUMO says: ", "'xx"), {"cars.rou.xml": routes(FLOW.replace('"car"', f'"{LONG}"'))}
+    ),
     "zone that is not drawn": Case(
         ("scenario 's'", "plans[0]: zone", "'school'", "no zone is drawn"),
         {"gpsec.toml": '[[plans]]\nattack = "drift"\nzone = "school"'},
@@ -269,6 +300,8 @@ def refused(here: Path, case: Case, net: str, capsys: pytest.CaptureFixture[str]
     captured = capsys.readouterr()
     assert captured.err.startswith("gpsec: error: ")
     assert captured.err.count("\n") == 1, captured.err
+    assert captured.err[:-1].isprintable()
+    assert len(captured.err) < 1500
     assert captured.out == ""
     assert all(fragment in captured.err for fragment in case.says), captured.err
     assert sorted(here.rglob("*")) == before
