@@ -246,7 +246,8 @@ def check(scenarios: _Scenarios, profile: _Profile = None, set_: _Set = None) ->
     found = set()
     for argument in scenarios:
         try:
-            say(check_scenario(argument, changes))
+            for line in check_scenario(argument, changes):
+                say(line)
         except GpsecError as error:
             found.add(complain(error))
     return min(found, default=0)  # a fault of the machine comes before those of the user

@@ -32,6 +32,7 @@ from gpsec.threads import Threads
 from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.remote import RemoteSession
 from gpsec.traffic.source import Equip, TrafficSource
+from gpsec.traffic.stderr import input_warnings
 from gpsec.traffic.zones import ZoneSource
 
 # Step length of the benign runs that thresholds were calibrated on.
@@ -217,6 +218,8 @@ class _Run:
         self.counts.sumo_s, self.counts.read_s = session.sumo_s, session.read_s
         self.counts.compile_s = self.watch.compile_s
         session.close()
+        for note in input_warnings(session.warnings):
+            self._say(note, "writing tables")
         self.counts.total_s = perf_counter() - began
         write_manifest(
             self.folder,

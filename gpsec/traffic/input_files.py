@@ -85,7 +85,7 @@ def _references(path: Path, changed_ns: int, size: int) -> tuple[FileReference, 
     parser.StartElementHandler = start
     try:
         # Most files name none, which a search through their bytes tells sooner.
-        if _is_plain(path) and not first_match(path, _NAMING):
+        if is_plain(path) and not first_match(path, _NAMING):
             return ()
         with open_input(path) as stream:
             parser.ParseFile(stream)
@@ -105,7 +105,7 @@ def _named(path: Path, element: str, attributes: dict[str, str]) -> Iterator[Fil
         yield FileReference(path, element, key, value, False)
 
 
-def _is_plain(path: Path) -> bool:
+def is_plain(path: Path) -> bool:
     """Return whether the markup of a file is in ASCII, so that its bytes can be searched for names."""
     with open_input(path) as stream:
         head = stream.read(200)

@@ -1,12 +1,21 @@
-"""Catches what SUMO prints on the process's standard error."""
+"""Catches what SUMO prints on the process's standard error, and makes sentences of it and of its error log."""
 
 import os
+import re
 import sys
 import tempfile
+from collections.abc import Iterable
 from types import TracebackType
 from typing import Self
 
+from gpsec.errors import retold
+
 _STDERR = 2
+# What happens in traffic has a time in SUMO's words; what is said without one is about the input.
+_IN_TRAFFIC = "time="
+_TOTAL = re.compile(r"(\d+) total messages of type: (.*)")
+_NAMES_AND_NUMBERS = re.compile(r"'[^']*'|-?\d+(\.\d+)?|%")
+_MOST_KINDS = 10
 
 
 class CaughtStderr:
@@ -62,3 +71,36 @@ def sumo_words(printed: str, raised: str) -> str:
         messages.append(" ".join(raised.split()))
     unique = list(dict.fromkeys(message.rstrip(".") for message in messages if message))
     return "; ".join(unique[:3]) or raised or "no reason given"
+
+
+def input_warnings(log: Iterable[str]) -> list[str]:
+    """Return what SUMO complains about in its input, a sentence a kind of warning, from the lines of its error log."""
+    first: dict[str, str] = {}
+    count: dict[str, int] = {}
+    for message in _messages(log):
+        if _IN_TRAFFIC in message:
+            continue
+        total = _TOTAL.match(message)
+        kind = _NAMES_AND_NUMBERS.sub("%", total[2] if total else message).rstrip(".")
+        if total:
+            count[kind] = int(total[1])
+        else:
+            first.setdefault(kind, message)
+            count[kind] = count.get(kind, 0) + 1
+    said = [
+        retold(words.rstrip(".")) + (f" ({count[kind]} of this kind)" if count[kind] > 1 else "")
+        for kind, words in first.items()
+    ]
+    more = [f"{len(said) - _MOST_KINDS} more kinds of warnings are in manifest.json"] if len(said) > _MOST_KINDS else []
+    return [f"SUMO warns: {words}" for words in said[:_MOST_KINDS]] + more
+
+
+def _messages(log: Iterable[str]) -> list[str]:
+    """Return the messages in a log, of which one may go over several lines."""
+    messages: list[str] = []
+    for line in log:
+        if line.startswith(("Warning: ", "Error: ")) or not messages:
+            messages.append(line.partition(": ")[2].strip())
+        else:
+            messages[-1] += " " + line.strip()
+    return [message for message in messages if message]

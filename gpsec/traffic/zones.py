@@ -1,19 +1,23 @@
 """Attack zones that a user has drawn in netedit: polygons and points of type ``gpsec.attack``."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, Protocol
+from xml.etree import ElementTree
 
 import numpy as np
 
 from gpsec.arrays import Floats
 from gpsec.errors import GpsecError, nearest, shown
 from gpsec.traffic.carried import ATTACK_KEY, DEPARTING
-from gpsec.traffic.inputs import own_parameters
+from gpsec.traffic.input_files import input_files, is_plain
+from gpsec.traffic.inputs import UNREADABLE, first_match, open_input, own_parameters
 from gpsec.traffic.options import SumoOptions
 
 ZONE_TYPE = "gpsec.attack"
+# SUMO leaves out a polygon or point with one of these in its id, with a warning.
+_REFUSED_IN_IDS = " \t\n\r|\\'\";,<>&"
 
 
 @dataclass(frozen=True)
@@ -55,10 +59,13 @@ def read_zones(known_keys: Collection[str], files: tuple[Path, ...]) -> list[Zon
         files: the simulation's additional and route files, searched for keys that are not known.
 
     Raises:
-        GpsecError: a zone has a ``gpsec.…`` parameter that is not in `known_keys`, or a polygon is degenerate.
+        GpsecError: a zone has a ``gpsec.…`` parameter that is not in `known_keys`, a polygon is degenerate, or a zone
+            that stands in the files is not in the simulation.
     """
     import libsumo  # late: only the process of SUMO reads zones
 
+    loaded = {"poly": set(libsumo.polygon.getIDList()), "poi": set(libsumo.poi.getIDList())}
+    _refuse_lost(loaded, files)
     polygons = [
         ZoneShape(
             zone,
@@ -66,14 +73,14 @@ def read_zones(known_keys: Collection[str], files: tuple[Path, ...]) -> list[Zon
             np.array(libsumo.polygon.getShape(zone), float),
             _parameters(libsumo.polygon, zone, known_keys),
         )
-        for zone in sorted(libsumo.polygon.getIDList())
+        for zone in sorted(loaded["poly"])
         if libsumo.polygon.getType(zone) == ZONE_TYPE
     ]
     points = [
         ZoneShape(
             zone, "point", np.array([libsumo.poi.getPosition(zone)], float), _parameters(libsumo.poi, zone, known_keys)
         )
-        for zone in sorted(libsumo.poi.getIDList())
+        for zone in sorted(loaded["poi"])
         if libsumo.poi.getType(zone) == ZONE_TYPE
     ]
     for zone in polygons:
@@ -88,6 +95,35 @@ def read_zones(known_keys: Collection[str], files: tuple[Path, ...]) -> list[Zon
 def _parameters(domain: Any, zone: str, known_keys: Collection[str]) -> dict[str, str]:
     values = {key: domain.getParameter(zone, key) for key in sorted(known_keys)}
     return {key: value for key, value in values.items() if value}
+
+
+def _refuse_lost(loaded: Mapping[str, Collection[str]], files: tuple[Path, ...]) -> None:
+    """Refuse a zone in the files that is not among those `loaded`, by tag: there would be no attack, in silence."""
+    for file in input_files(files):
+        for tag, zone_id in _drawn(file):
+            if zone_id not in loaded[tag]:
+                is_refused = any(sign in _REFUSED_IN_IDS for sign in zone_id)
+                wanted = (
+                    "an id without blanks and without | \\ ' \" ; , < > &" if is_refused else "it in an additional file"
+                )
+                raise GpsecError(
+                    f"{file}: {tag} '{shown(zone_id)}' is of type '{ZONE_TYPE}', but SUMO has not loaded it: "
+                    f"expected {wanted}"
+                )
+
+
+def _drawn(file: Path) -> Iterator[tuple[str, str]]:
+    """Yield tag and id of the zones in an input file."""
+    try:
+        if is_plain(file) and not first_match(file, rb"(gpsec|&#)"):
+            return
+        with open_input(file) as stream:
+            for _, element in ElementTree.iterparse(stream):
+                if element.tag in ("poly", "poi") and element.get("type") == ZONE_TYPE:
+                    yield element.tag, element.get("id", "")
+                element.clear()
+    except UNREADABLE:
+        return  # SUMO has said what is wrong with the file
 
 
 def _refuse_unknown_keys(known_keys: Collection[str], files: tuple[Path, ...]) -> None:

@@ -333,3 +333,15 @@ def test_folder_that_is_gone(here: Path, capsys: pytest.CaptureFixture[str]) -> 
     shutil.rmtree(gone)
     assert cli.main(["run", "x.sumocfg"]) == 2
     assert capsys.readouterr().err == "gpsec: error: the current folder is gone; go to another one\n"
+
+
+def test_what_sumo_warns_of_is_shown(
+    here: Path, grid: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(remote, "RemoteSession", SumoSession)
+    drawn = '<poly id="old town" type="building" shape="0,0 1,0 1,1"/>'
+    lay_out(here, grid, Case((), {"more.add.xml": f"<additional>{drawn}</additional>"}))
+    assert cli.main(["check", "s"]) == 0
+    ok, warning = capsys.readouterr().out.splitlines()
+    assert ok.startswith("s: ok")
+    assert warning == "  SUMO warns: Invalid characters for Poly ID 'old town'"

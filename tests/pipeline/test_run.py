@@ -242,3 +242,15 @@ def test_progress_reaches_the_end(town, traffic, replay, tmp_path):
     driving = [progress for progress in seen if progress.vehicles]
     assert driving[-1].time_s == pytest.approx(town.duration_s, abs=1.0)
     assert [p.time_s for p in driving] == sorted(p.time_s for p in driving)
+
+
+def test_what_sumo_warns_of_in_its_input_is_said_and_kept(town, traffic, replay, tmp_path, monkeypatch):
+    replay(traffic)
+    monkeypatch.setattr(loop.RemoteSession, "warnings", ["Warning: Invalid characters for Poly ID 'old town'"])
+    told = []
+    loop.run_scenario(
+        town.model_copy(update={"duration_s": 10.0}), tmp_path, lambda progress: told.append(progress.note)
+    )
+    note = "SUMO warns: Invalid characters for Poly ID 'old town'"
+    assert note in told
+    assert note in json.loads((tmp_path / "manifest.json").read_text())["notes"]

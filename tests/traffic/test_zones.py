@@ -46,3 +46,36 @@ def test_unknown_parameter_of_a_zone_names_file_zone_and_nearest(zones):
 def test_polygon_without_area_is_refused(zones):
     with pytest.raises(GpsecError, match="zone 'z': expected three corners"):
         zones('<poly id="z" type="gpsec.attack" shape="0,0 10,0"/>')
+
+
+@pytest.mark.parametrize(
+    "name", ["old town", "a&lt;b", "a'b", "a,b", "a;b", "a|b", "a\\b", "a&quot;b", "a&amp;b", "a&#62;b"]
+)
+@pytest.mark.parametrize(
+    "zone",
+    ['<poly id="{}" type="gpsec.attack" shape="0,0 10,0 10,5"/>', '<poi id="{}" type="gpsec.attack" x="3" y="4"/>'],
+)
+def test_zone_whose_id_sumo_does_not_take_is_refused(zones, name, zone):
+    with pytest.raises(GpsecError, match=r"more.add.xml: po(ly|i) '.*' is of type .* expected an id without blanks"):
+        zones(POINT + zone.format(name))
+
+
+def test_zone_that_stands_among_the_routes_is_refused(scenario):
+    config = scenario('<poly id="z" type="gpsec.attack" shape="0,0 10,0 10,5"/>')
+    with (
+        SumoSession(resolve_options(config, seed=1), {}, lambda departure: True) as session,
+        pytest.raises(GpsecError, match=r"cars.rou.xml: poly 'z' is of type .*: expected it in an additional file"),
+    ):
+        session.zones(KEYS)
+
+
+def test_zone_in_an_included_file_is_refused_by_the_name_of_that_file(zones, tmp_path):
+    included = tmp_path / "zones.xml"
+    included.write_text('<additional><poly id="old town" type="gpsec.attack" shape="0,0 10,0 10,5"/></additional>')
+    with pytest.raises(GpsecError, match=r"zones.xml: poly 'old town'"):
+        zones(f'<include href="{included}"/>')
+
+
+def test_other_polygons_may_be_called_what_they_are_called(zones):
+    [zone] = zones('<poly id="old town" type="building" shape="0,0 1,0 1,1"/>' + POINT)
+    assert zone.zone_id == "p"
