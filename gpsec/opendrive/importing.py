@@ -7,18 +7,20 @@ from pathlib import Path
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
-from gpsec.errors import GpsecError
+from gpsec.errors import GpsecError, shown
 from gpsec.opendrive.check import CHECK_SPACING_M, Check, Figures, check_lanes
 from gpsec.opendrive.georeference import set_georeference
 from gpsec.opendrive.lanes import IMPORTED, centre_lines
 from gpsec.opendrive.lefthand import keeps_left, mirror_map, mirror_net
 from gpsec.opendrive.mend import describe_net, mend_net
+from gpsec.opendrive.names import rename, restore
 from gpsec.opendrive.netconvert import Converted, convert
 from gpsec.opendrive.netfile import net_lanes
 from gpsec.opendrive.read import parse, roads
 from gpsec.opendrive.report import draw, write_csv
 from gpsec.opendrive.reshape import SPACING_M, reshape
 from gpsec.opendrive.road import Road
+from gpsec.opendrive.simplify import simplify
 from gpsec.opendrive.source import NO_LIMIT_MPS, spell_out_speeds
 from gpsec.opendrive.tidy import give_extent, thin_out
 
@@ -98,6 +100,10 @@ def import_map(
     if not lines:
         raise GpsecError(f"{map_file}: expected at least one lane that traffic drives on, found none")
     mended = _prepare(root, map_roads, origin_deg)
+    names = rename(root)
+    for written, name in list(names.items())[:1]:
+        what = "names of roads and junctions that SUMO does not take, written otherwise in the net"
+        mended.append(f"{what}: {len(names)}; '{shown(name)}' is '{shown(written)}' there")
     left_hand = keeps_left(map_roads)
     if left_hand:
         mirror_map(root)
@@ -107,6 +113,7 @@ def import_map(
             work = Path(name)
             tell("netconvert")
             said, net = _net(root, work, map_file, left_hand)
+            restore(net, names)
             raw = check_lanes(lines, net_lanes(net), alarm_m).overall
             tell("giving lanes their shapes")
             reshaped = reshape(net, list(centre_lines(map_roads, SPACING_M, IMPORTED)))
@@ -138,6 +145,7 @@ def _prepare(root: Element, map_roads: list[Road], origin_deg: tuple[float, floa
         (speeds.unlimited, f"limits that say there is none, taken for {NO_LIMIT_MPS * 3.6:.0f} km/h"),
     ]
     mended = [f"speed {what}: {count}" for count, what in said if count]
+    mended += simplify(root)
     reference = set_georeference(root, origin_deg)
     return [*mended, *([reference] if reference else [])]
 
@@ -165,6 +173,8 @@ def _notes(said: Converted, map_roads: list[Road], left_hand: bool, left_alone: 
         notes.append(
             f"errors that netconvert had to ignore: {len(said.ignored)}, such as: {'; '.join(said.ignored[:2])}"
         )
+    if said.without:
+        notes.append(f"netconvert does not bear this map with {', '.join(said.without)}, and was run without")
     if said.warnings:
         notes.append(f"warnings of netconvert: {len(said.warnings)}, such as: {said.warnings[0]}")
     if others := sum(road.left_hand != left_hand for road in map_roads):

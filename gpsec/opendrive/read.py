@@ -16,7 +16,7 @@ from gpsec.opendrive.road import Cubics, Geometry, Lane, LaneSection, Road
 _CURVES = ("line", "arc", "spiral", "poly3", "paramPoly3")
 _MPS = {"m/s": 1.0, "km/h": 1.0 / 3.6, "mph": 0.44704, "": 1.0}
 _MAX_LENGTH_M = 1e6  # a longer road is a slip of the pen, and would fill the memory
-_SHORTEST_M = 1e-6
+SHORTEST_M = 1e-6
 
 
 def parse(map_file: Path) -> Element:
@@ -67,7 +67,7 @@ class _Reader:
         geometries = sorted((item for item in drawn if item is not None), key=lambda item: item.station_m)
         if length > _MAX_LENGTH_M:
             self._refuse(f"expected a length of at most {_MAX_LENGTH_M:g} m, found {length:g}")
-        if length <= _SHORTEST_M or not geometries:
+        if length <= SHORTEST_M or not geometries:
             return None
         return Road(
             element.get("id", ""),
@@ -87,7 +87,7 @@ class _Reader:
 
     def _geometry(self, element: Element) -> Geometry | None:
         length = self._number(element, "length")
-        if length <= _SHORTEST_M:
+        if length <= SHORTEST_M:
             return None
         s, x, y, heading = (self._number(element, key) for key in ("s", "x", "y", "hdg"))
         return Geometry(s, x, y, heading, length, self._curve(element, s, length))
@@ -116,7 +116,7 @@ class _Reader:
         return tuple(
             LaneSection(begin, end, tuple(self._lane(item) for item in element.iter("lane") if item.get("id") != "0"))
             for element, begin, end in zip(elements, begins, ends, strict=True)
-            if end - begin > _SHORTEST_M
+            if end - begin > SHORTEST_M
         )
 
     def _lane(self, element: Element) -> Lane:
