@@ -20,6 +20,13 @@ from gpsec.traffic.config import is_file
 
 Tell = Callable[[Progress], None]
 
+_KEYS = ["vehicle_id", "attack", "defence"]
+# Figures of each table by which a vehicle that is simulated again is known.
+_COMPARED = {
+    "events": ["start_s", "rmse_xy_m"],
+    "vehicles": ["depart_s", "arrive_s", "scored_seconds", "alarms", "rmse_xy_m", "max_cross_track_m"],
+}
+
 
 def simulate(run: Results, wanted: Mapping[str, Collection[str]], tell: Tell) -> dict[str, pd.DataFrame | None]:
     """Return the steps of the `wanted` vehicles of each scenario, which are simulated again with nobody else equipped.
@@ -78,16 +85,19 @@ def _check(run: Results, name: str, vehicles: Collection[str], folder: Path) -> 
     Raises:
         GpsecError: they did not.
     """
-    keys = ["vehicle_id", "attack", "defence"]
-    columns = [*keys, "start_s", "rmse_xy_m"]
-    now, then = (
-        events.loc[(events["scenario"] == name) & events["vehicle_id"].isin(list(vehicles)), columns]
-        .astype(dict.fromkeys(keys, str))
-        .sort_values(keys, ignore_index=True)
-        for events in (read_table(folder, "events"), run.events)
-    )
-    if not now.equals(then):
-        raise GpsecError(
-            f"{run.folder}: the vehicles of '{shown(name)}' do not do what they did in this run, so that gpsec, SUMO or"
-            " the scenario's files have changed since; run it again"
+    for table, figures in _COMPARED.items():
+        now, then = (
+            _rows(found, name, vehicles, figures) for found in (read_table(folder, table), getattr(run, table))
         )
+        if not now.equals(then):
+            raise GpsecError(
+                f"{run.folder}: the vehicles of '{shown(name)}' do not do what they did in this run, so that gpsec,"
+                " SUMO or the scenario's files have changed since; run it again"
+            )
+
+
+def _rows(table: pd.DataFrame, name: str, vehicles: Collection[str], figures: list[str]) -> pd.DataFrame:
+    """Return what a table says of some vehicles, in an order and of types that do not depend on it."""
+    mine = table.loc[(table["scenario"] == name) & table["vehicle_id"].isin(list(vehicles)), [*_KEYS, *figures]]
+    types = dict.fromkeys(_KEYS, str) | dict.fromkeys(figures, float)
+    return mine.astype(types).sort_values(_KEYS, ignore_index=True)

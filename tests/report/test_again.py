@@ -47,9 +47,36 @@ def test_chosen_vehicles_alone_are_the_same_to_the_last_bit(logged):
     pd.testing.assert_frame_equal(a, b[b["time_s"] <= last].reset_index(drop=True), check_exact=True)
 
 
+def unattacked(run):
+    """Vehicles without an event."""
+    return [name for name in run.vehicles["vehicle_id"].unique() if name not in set(run.events["vehicle_id"])]
+
+
+def test_vehicles_that_were_never_attacked_are_simulated_again(logged):
+    vehicle = unattacked(logged)[0]
+    found = simulate(logged, {"slow_curve": [vehicle]}, lambda progress: None)["slow_curve"]
+    expected = logged.steps("slow_curve", [vehicle])
+    assert len(expected) > 50
+    assert set(found["plan"]) == {"none"}
+    begins = expected["time_s"].reset_index(drop=True)[: len(found)]
+    pd.testing.assert_series_equal(found["time_s"], begins, check_exact=True)
+
+
+def test_another_life_of_an_unattacked_vehicle_is_noticed(logged, monkeypatch):
+    monkeypatch.setattr(type(logged), "vehicles", property(lambda run: run._table("vehicles").assign(rmse_xy_m=1.0)))
+    with pytest.raises(GpsecError, match="do not do what they did in this run"):
+        simulate(logged, {"slow_curve": [unattacked(logged)[0]]}, lambda progress: None)
+
+
+def test_the_trace_of_an_unattacked_vehicle_is_told(logged, capsys: pytest.CaptureFixture[str]):
+    vehicle = unattacked(logged)[0]
+    assert cli.main(["trace", str(logged.folder), vehicle]) == 0
+    assert f"{vehicle} (slow_curve · dsd), without an attack" in capsys.readouterr().out
+
+
 def test_another_code_or_traffic_is_noticed(logged, monkeypatch):
     monkeypatch.setattr(type(logged), "events", property(lambda run: run._table("events").assign(start_s=1.0)))
-    vehicle = logged.vehicles["vehicle_id"].iloc[0]
+    vehicle = logged.events["vehicle_id"].iloc[0]
     with pytest.raises(GpsecError, match="do not do what they did in this run"):
         simulate(logged, {"slow_curve": [vehicle]}, lambda progress: None)
 
