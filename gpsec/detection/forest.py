@@ -1,12 +1,12 @@
 """An isolation forest as flat arrays, scored by a kernel that equals scikit-learn's `score_samples`."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gpsec.arrays import Floats, Floats32, Ints
+from gpsec.arrays import Floats, Floats32, Ints, Longs
 from gpsec.detection.learned import Learned, part
 from gpsec.errors import GpsecError
 from gpsec.kernels import allocating_kernel, inline
@@ -98,22 +98,42 @@ def _read(learned: Learned, features: int) -> _Trees:
     root, samples = part(learned, "root", np.int32, 1), part(learned, "samples", np.int32, 0)
     feature, child = part(learned, "feature", np.int32, 1), part(learned, "child", np.int32, 1)
     threshold, count = part(learned, "threshold", np.float32, 1), part(learned, "count", np.int32, 1)
+    depth = _depths(root, feature, child, (threshold, count), features)
+    _check_counts(root, np.flatnonzero(feature >= 0), child.astype(np.int64), count.astype(np.int64), int(samples))
+    path = depth + average_path(count.astype(np.float64))
+    scale = -1.0 / (len(root) * average_path(np.asarray([float(samples)]))[0])
+    return _Trees(root, feature, threshold, child, path, int(depth.max()), float(scale))
+
+
+def _depths(root: Ints, feature: Ints, child: Ints, others: tuple[NDArray[Any], ...], features: int) -> Longs:
+    """Return how many steps (n,) each node is from its root.
+
+    Raises:
+        GpsecError: the nodes do not form trees, of which each node has its place in one, or one of them is too deep.
+    """
     size, inner = len(feature), feature >= 0
-    same = {len(threshold), len(child), len(count)} == {size}
+    same = {len(array) for array in (child, *others)} == {size}
     # Children come after their parent, so that a walk always ends.
-    ordered = same and (child[inner] > np.flatnonzero(inner)).all() and (child[inner] + 1 < size).all()
+    ordered = same and bool((child[inner] > np.flatnonzero(inner)).all() and (child[inner] < size - 1).all())
     if not (ordered and len(root) and (feature < features).all() and (root >= 0).all() and (root < size).all()):
         raise GpsecError("model of the isolation forest: its nodes do not form trees")
     depth, level = np.full(size, -1), root
     for steps in range(DEEPEST + 1):
+        if (depth[level] >= 0).any() or len(np.unique(level)) < len(level):
+            raise GpsecError("model of the isolation forest: its nodes do not form trees: one has two parents")
         depth[level] = steps
         first = child[level[inner[level]]]
         level = np.concatenate([first, first + 1])
     if len(level) or (depth < 0).any():
         raise GpsecError(f"model of the isolation forest: expected trees of at most {DEEPEST} levels, and nothing else")
-    path = depth + average_path(count.astype(np.float64))
-    scale = -1.0 / (len(root) * average_path(np.asarray([float(samples)]))[0])
-    return _Trees(root, feature, threshold, child, path, int(depth.max()), float(scale))
+    return depth
+
+
+def _check_counts(root: Ints, inner: Longs, child: Longs, count: Longs, samples: int) -> None:
+    """Refuse trees whose nodes do not share out the samples that they were made of."""
+    shared = count[child[inner]] + count[child[inner] + 1]
+    if samples < 2 or (count < 1).any() or (count[root] != samples).any() or (count[inner] != shared).any():
+        raise GpsecError("model of the isolation forest: its nodes do not share out the samples of each tree")
 
 
 def _complete(trees: _Trees, depth: int) -> tuple[NDArray[np.uint8], Floats32, Floats]:

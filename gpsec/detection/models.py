@@ -1,5 +1,6 @@
 """What was trained and calibrated, as files without pickle: arrays in .npz, thresholds and provenance in JSON."""
 
+import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -9,19 +10,20 @@ from importlib.resources.abc import Traversable
 from io import BytesIO
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 
+from gpsec import __version__
 from gpsec.arrays import Floats
 from gpsec.detection.base import Detector, LabelledDetector
 from gpsec.detection.calibration import Calibrated
 from gpsec.detection.learned import Learned
 from gpsec.detection.registry import DETECTORS
 from gpsec.errors import GpsecError, nearest, shown
+from gpsec.npz import DamagedError, read_npz
 
 MATCHINGS = ("tracked", "nearest")
-FORMAT = 1
+FORMAT = 2
 _THRESHOLDS, _PROVENANCE = "thresholds.json", "provenance.json"
 _RETRAIN = "run 'gpsec train' to make it"
 
@@ -49,8 +51,13 @@ Models = Mapping[tuple[str, str], ProfileModel]
 
 
 def save(models: Models, folder: Path) -> None:
-    """Write models into `folder`, each file whole or not at all, the same bytes for the same models."""
+    """Write models into `folder`, each file whole or not at all, the same bytes for the same models.
+
+    The thresholds know the digest of the arrays that they were calibrated with, and each of the files in JSON that of
+    what it says, so that files that were changed, or that do not belong together, are not taken for a model.
+    """
     folder.mkdir(parents=True, exist_ok=True)
+    digests: dict[str, str] = {}
     thresholds: dict[str, Any] = {}
     provenance: dict[str, Any] = {}
     for (profile, matching), model in sorted(models.items()):
@@ -58,6 +65,7 @@ def save(models: Models, folder: Path) -> None:
         stream = BytesIO()
         np.savez_compressed(stream, **dict(sorted(arrays.items())))  # type: ignore[arg-type]
         _write(folder / _file(profile, matching), stream.getvalue())
+        digests[_file(profile, matching)] = hashlib.sha256(stream.getvalue()).hexdigest()
         thresholds.setdefault(profile, {})[matching] = {
             rate: {
                 name: None if found is None else {"threshold": found.threshold, "achieved": found.achieved}
@@ -66,9 +74,8 @@ def save(models: Models, folder: Path) -> None:
             for rate, by_detector in model.thresholds.items()
         }
         provenance.setdefault(profile, {})[matching] = dict(model.provenance)
-    for name, content in ((_THRESHOLDS, thresholds), (_PROVENANCE, provenance)):
-        text = json.dumps({"format": FORMAT, "models": content}, indent=2, allow_nan=False) + "\n"
-        _write(folder / name, text.encode())
+    _write(folder / _THRESHOLDS, _as_json({"arrays": digests, "models": thresholds}))
+    _write(folder / _PROVENANCE, _as_json({"models": provenance}))
 
 
 def load(folder: Path | None = None) -> Models:
@@ -79,17 +86,20 @@ def load(folder: Path | None = None) -> Models:
     """
     root: Traversable = files("gpsec") / "models" if folder is None else folder
     thresholds = _read_json(root / _THRESHOLDS)
-    provenance = _read_json(root / _PROVENANCE)
+    provenance = _part(_read_json(root / _PROVENANCE), "models", root / _PROVENANCE)
+    digests = _part(thresholds, "arrays", root / _THRESHOLDS)
     models = {}
-    for profile, by_matching in thresholds.items():
-        if not isinstance(by_matching, dict) or not isinstance(provenance.get(profile, {}), dict):
+    for profile, by_matching in _part(thresholds, "models", root / _THRESHOLDS).items():
+        made_of = provenance.get(profile, {})
+        if not isinstance(by_matching, dict) or not isinstance(made_of, dict):
             raise GpsecError(f"{root / _THRESHOLDS}: {profile}: expected matching -> rate; {_RETRAIN} again")
         for matching, by_rate in by_matching.items():
             source = f"{root / _THRESHOLDS}: {profile}.{matching}"
+            file = _file(profile, matching)
             models[profile, matching] = ProfileModel(
-                _LazyArrays(root / _file(profile, matching)),
+                _LazyArrays(root / file, str(digests.get(file))),
                 _check_thresholds(by_rate, source),
-                provenance.get(profile, {}).get(matching, {}),
+                _part(made_of, matching, root / _PROVENANCE) if matching in made_of else {},
             )
     return models
 
@@ -164,21 +174,24 @@ def _of(models: Models | None, profile: str, matching: str) -> ProfileModel:
 
 
 class _LazyArrays(Mapping[str, Learned]):
-    """The arrays of a file, read at first use and checked as a whole."""
+    """The arrays of a file, read at first use and checked as a whole, against their digest."""
 
-    def __init__(self, source: Traversable) -> None:
+    def __init__(self, source: Traversable, digest: str) -> None:
         self._source = source
+        self._digest = digest
         self._content: dict[str, dict[str, np.ndarray]] | None = None
 
     def _read(self) -> dict[str, dict[str, np.ndarray]]:
         if self._content is None:
             try:
-                with np.load(BytesIO(self._source.read_bytes()), allow_pickle=False) as archive:
-                    flat = {name: archive[name] for name in archive.files}
+                packed = self._source.read_bytes()
+                if hashlib.sha256(packed).hexdigest() != self._digest:
+                    raise DamagedError(f"it is not the one that {_THRESHOLDS} beside it was made with")
+                flat = read_npz(BytesIO(packed))
             except FileNotFoundError:
                 raise GpsecError(f"{self._source}: no such file; {_RETRAIN}") from None
-            except (OSError, ValueError, EOFError, KeyError, BadZipFile, AttributeError) as error:
-                raise GpsecError(f"{self._source}: damaged ({error}); {_RETRAIN} again") from None
+            except (OSError, DamagedError) as error:
+                raise GpsecError(f"{self._source}: damaged ({shown(error)}); {_RETRAIN} again") from None
             content: dict[str, dict[str, np.ndarray]] = {}
             for name, array in flat.items():
                 detector, _, key = name.partition(".")
@@ -206,18 +219,42 @@ def _write(path: Path, content: bytes) -> None:
     partial.replace(path)
 
 
+def _as_json(content: Mapping[str, Any]) -> bytes:
+    """Return the text of a file: what it says, who wrote it, and its digest."""
+    said = {"format": FORMAT, "gpsec_version": __version__, **content}
+    return (json.dumps({**said, "digest": _digest(said)}, indent=2, allow_nan=False) + "\n").encode()
+
+
+def _digest(said: Mapping[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(said, sort_keys=True).encode()).hexdigest()
+
+
 def _read_json(source: Traversable) -> dict[str, Any]:
+    """Return what `_as_json` has written.
+
+    Raises:
+        GpsecError: it is missing, damaged, of another format, or was changed since.
+    """
     try:
-        document = json.loads(source.read_text(encoding="utf-8"))
+        said = json.loads(source.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise GpsecError(f"{source}: no such file; {_RETRAIN}") from None
-    except (OSError, ValueError) as error:
-        raise GpsecError(f"{source}: damaged ({error}); {_RETRAIN} again") from None
-    found = document.get("format") if isinstance(document, dict) else None
-    if found != FORMAT or not isinstance(document.get("models"), dict):
-        raise GpsecError(f"{source}: expected models of format {FORMAT}, found format {found}; {_RETRAIN} again")
-    content: dict[str, Any] = document["models"]
+    except (OSError, ValueError, RecursionError) as error:
+        raise GpsecError(f"{source}: damaged ({shown(error)}); {_RETRAIN} again") from None
+    found = said.get("format") if isinstance(said, dict) else None
+    if found != FORMAT:
+        raise GpsecError(f"{source}: expected models of format {FORMAT}, found format {shown(found)}; {_RETRAIN} again")
+    content: dict[str, Any] = said
+    if content.pop("digest", None) != _digest(content):
+        raise GpsecError(f"{source}: damaged (it was changed since it was written); {_RETRAIN} again")
     return content
+
+
+def _part(said: Mapping[str, Any], key: str, source: Traversable) -> dict[str, Any]:
+    found = said.get(key)
+    if not isinstance(found, dict):
+        raise GpsecError(f"{source}: expected names and values under '{key}'; {_RETRAIN} again")
+    return found
 
 
 def _check_thresholds(by_rate: Any, source: str) -> Thresholds:

@@ -111,3 +111,34 @@ def test_damaged_trees_are_refused(fitted, key, change):
     arrays[key] = change(arrays[key])
     with pytest.raises(GpsecError):
         IsolationForest.from_learned([arrays])
+
+
+@pytest.mark.parametrize("key", ["child", "feature", "count", "samples", "root"])
+@pytest.mark.parametrize("value", [-1, 0, 2**30, 2**31 - 1, -(2**31)])
+@pytest.mark.parametrize("everywhere", [True, False])
+def test_numbers_that_no_training_leaves_behind_are_refused(fitted, key, value, everywhere):
+    arrays = {name: np.array(array) for name, array in forest_training.flatten(fitted).items()}
+    if everywhere:
+        arrays[key][...] = value
+    else:
+        # A node that has children.
+        np.atleast_1d(arrays[key])[0] = value
+        if arrays[key].ndim == 0:
+            arrays[key][...] = value
+    if all((arrays[name] == array).all() for name, array in forest_training.flatten(fitted).items()):
+        return  # the first root, and what the first node asks for, may be 0
+    if key == "feature" and value == 0 and not everywhere:
+        return  # another feature is as good
+    with pytest.raises(GpsecError):
+        IsolationForest.from_learned([arrays])
+
+
+def test_trees_that_share_a_node_or_go_in_circles_are_refused(fitted):
+    for node in range(5):
+        for other in range(0, 60, 7):
+            arrays = {name: np.array(array) for name, array in forest_training.flatten(fitted).items()}
+            if arrays["feature"][node] < 0 or arrays["child"][node] == other:
+                continue
+            arrays["child"][node] = other
+            with pytest.raises(GpsecError, match=r"do not form trees|do not share out|levels"):
+                IsolationForest.from_learned([arrays])

@@ -1,7 +1,10 @@
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from gpsec.detection.models import build_detectors, load, save, thresholds_for
 from gpsec.detection.registry import DETECTORS
@@ -16,6 +19,10 @@ def folder(model, tmp_path):
     return tmp_path
 
 
+def as_json(content):
+    return json.loads(json.dumps(content))
+
+
 def test_round_trip(model, folder):
     loaded = load(folder)["carla", "tracked"]
     assert loaded.thresholds == model.thresholds
@@ -24,7 +31,7 @@ def test_round_trip(model, folder):
         for key, array in arrays.items():
             assert loaded.learned[name][key].tobytes() == np.asarray(array).tobytes()
             assert loaded.learned[name][key].dtype == np.asarray(array).dtype
-    assert json.loads(json.dumps(model.provenance)) == loaded.provenance
+    assert as_json(model.provenance) == loaded.provenance
     assert {"seed", "training", "calibration", "versions", "detectors"} <= set(loaded.provenance)
 
 
@@ -60,7 +67,7 @@ def test_unknown_choices_are_named(folder, names, profile, matching, rate, messa
 
 
 @pytest.mark.parametrize("name", ["thresholds.json", "provenance.json", "carla-tracked.npz"])
-@pytest.mark.parametrize("content", [None, b"", b"{", b"not a model", b'{"format": 0, "models": {}}'])
+@pytest.mark.parametrize("content", [None, b"", b"{", b"[" * 100_000, b"\xff", b'{"format": 0, "models": {}}'])
 def test_missing_and_damaged_files_are_named(folder, name, content):
     if content is None:
         (folder / name).unlink()
@@ -90,3 +97,56 @@ def test_damaged_thresholds_are_named(folder):
     path.write_text(json.dumps(document))
     with pytest.raises(GpsecError, match=r"thresholds\.json"):
         load(folder)
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new"),
+    [
+        ("thresholds.json", "1e-3/sample", "1e-4/sample"),
+        ("thresholds.json", '"threshold": ', '"threshold": 9'),
+        ("thresholds.json", '"arrays"', '"array"'),
+        ("thresholds.json", '"digest"', '"digests"'),
+        ("provenance.json", '"seed": 3', '"seed": 4'),
+        ("provenance.json", '"gpsec_version": "', '"gpsec_version": "9'),
+    ],
+)
+def test_what_was_changed_by_hand_is_refused(folder, name, old, new):
+    path = folder / name
+    assert old in path.read_text()
+    path.write_text(path.read_text().replace(old, new, 1))
+    with pytest.raises(GpsecError, match=f"{name}: damaged .it was changed"):
+        load(folder)
+
+
+def test_arrays_of_other_models_are_refused(model, folder, tmp_path):
+    """They would run with thresholds that are not theirs."""
+    other = tmp_path / "other"
+    learned = {**model.learned, "cusum": {**model.learned["cusum"], "tau_s": np.asarray(7.0)}}
+    save({("carla", "tracked"): replace(model, learned=learned)}, other)
+    (other / "carla-tracked.npz").replace(folder / "carla-tracked.npz")
+    with pytest.raises(GpsecError, match=r"carla-tracked.npz: damaged \(it is not the one that thresholds.json"):
+        build_detectors(["cusum"], ["carla"], "tracked", load(folder))
+
+
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    name=st.sampled_from(["thresholds.json", "provenance.json", "carla-tracked.npz"]),
+    place=st.integers(0, 1 << 20),
+    byte=st.integers(0, 255),
+    cut=st.booleans(),
+)
+def test_models_are_what_they_were_or_refused(model, folder, name, place, byte, cut):
+    path = folder / name
+    before = path.read_bytes()
+    content = bytearray(before)
+    content[place % len(content)] = byte
+    path.write_bytes(content[: place % len(content)] if cut else content)
+    said = ""
+    try:
+        loaded = load(folder)["carla", "tracked"]
+        build_detectors(NAMES, ["carla"], "tracked", load(folder))
+    except GpsecError as error:
+        said = str(error)
+    finally:
+        path.write_bytes(before)
+    assert name in said or (loaded.thresholds == model.thresholds and loaded.provenance == as_json(model.provenance))
