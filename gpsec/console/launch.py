@@ -10,7 +10,9 @@ from rich.console import Console
 
 from gpsec.console import terminal
 from gpsec.console.bars import display
-from gpsec.console.folders import MANIFEST, check_output, clear, publish, resolved, workshop
+from gpsec.console.folders import MANIFEST, check_output, resolved
+from gpsec.console.publishing import publish
+from gpsec.console.workshop import Workshop, clear, workshops
 from gpsec.errors import GpsecError
 from gpsec.processes import ignore_interrupts
 from gpsec.run import Failure, Outcome, Run, run_scenarios
@@ -50,42 +52,58 @@ def launch(
         else {resolved(Path("results") / scenario.name): [scenario] for scenario in scenarios}
     )
     messages = terminal.messages()
-    first, asked = next(iter(groups)), list(groups)
-    if resume:
-        groups = _missing(groups)
-        scenarios = [scenario for members in groups.values() for scenario in members]
-    for folder in groups:
-        check_output(folder, overwrite or resume)
-    with workshop(first, resume=resume) as workplace:
-        work = workplace.folder
-        # What shows the tables takes a while to import; there is time for that now.
-        for name in ("gpsec.outcomes.summary", *(["gpsec.report.make"] if report else [])):
-            Thread(target=import_module, args=(name,)).start()
-        with display(messages, [scenario.name for scenario in scenarios]) as show:
-            outcome = run_scenarios(scenarios, work, jobs or cores(), show, run)
-        refused: list[str] = []
-        with ignore_interrupts():
-            for number, (folder, members) in enumerate(groups.items()):
-                try:
-                    _publish(folder, members, outcome, work, work / f".merged-{number}", overwrite or resume)
-                except GpsecError as error:
-                    refused.append(str(error))
-                    _take_back(members, outcome)
-            if outcome.finished and (outcome.interrupted or outcome.failures):
-                workplace.kept = True
-                clear(work, keep=outcome.finished)
-    for sentence in refused:
-        messages.print(f"gpsec: error: {sentence}", markup=False, highlight=False, soft_wrap=True)
-    for failure in outcome.failures:
-        _say(failure, messages)
-    for folder in asked:
-        if folder not in groups or _finished(groups[folder], outcome):
-            _show(folder)
-            if parquet:
-                _write_parquet(folder)
-            if report:
-                _report(folder, messages)
-    return _status(outcome, groups, messages) or (USER_ERROR if refused else 0)
+    with workshops(list(groups)) as works:
+        missing = _missing(groups) if resume else groups
+        for folder in missing:
+            check_output(folder, overwrite or resume)
+        for work in works.values():
+            work.begin(resume=resume)
+        outcome = _run(missing, works[next(iter(groups))].folder, jobs or cores(), messages, run, report)
+        refused = _publish_all(missing, outcome, works, overwrite or resume)
+        for error in refused:
+            messages.print(f"gpsec: error: {error}", markup=False, highlight=False, soft_wrap=True)
+        for failure in outcome.failures:
+            _say(failure, messages)
+        for folder in groups:
+            if folder not in missing or _finished(missing[folder], outcome):
+                _show(folder)
+                if parquet:
+                    _write_parquet(folder)
+                if report:
+                    _report(folder, messages)
+    return _status(outcome, missing, messages) or min((error.status for error in refused), default=0)
+
+
+def _run(
+    groups: Mapping[Path, Sequence[Scenario]], work: Path, jobs: int, messages: Console, run: Run | None, report: bool
+) -> Outcome:
+    scenarios = [scenario for members in groups.values() for scenario in members]
+    # What shows the tables takes a while to import; there is time for that now.
+    for name in ("gpsec.outcomes.summary", *(["gpsec.report.make"] if report else [])):
+        Thread(target=import_module, args=(name,)).start()
+    with display(messages, [scenario.name for scenario in scenarios]) as show:
+        return run_scenarios(scenarios, work, jobs, show, run)
+
+
+def _publish_all(
+    groups: Mapping[Path, Sequence[Scenario]], outcome: Outcome, works: Mapping[Path, Workshop], overwrite: bool
+) -> list[GpsecError]:
+    """Publish what has finished; return what went wrong. What is needed to go on is kept in the first workshop."""
+    refused: list[GpsecError] = []
+    first, *others = works.values()
+    with ignore_interrupts():
+        for folder, members in groups.items():
+            try:
+                _publish(folder, members, outcome, first.folder, works[folder].folder / ".merged", overwrite)
+            except GpsecError as error:
+                refused.append(error)
+                _take_back(members, outcome)
+        first.kept = bool(outcome.finished) and (outcome.interrupted or bool(outcome.failures))
+        if first.kept:
+            clear(first.folder, keep=outcome.finished)
+        for work in others:
+            work.kept = False
+    return refused
 
 
 def _check_names(scenarios: Sequence[Scenario], arguments: Sequence[str]) -> None:
@@ -147,7 +165,7 @@ def _publish(
     missing = [scenario.name for scenario in members if scenario.name not in finished]
     if missing:
         _note_missing(merged / MANIFEST, missing, outcome)
-    publish(merged, folder, merged.with_name(f"{merged.name}-former"), overwrite)
+    publish(merged, folder, overwrite)
 
 
 def _take_back(members: Sequence[Scenario], outcome: Outcome) -> None:

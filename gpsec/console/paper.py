@@ -10,8 +10,8 @@ from rich.progress import Progress as RichProgress
 
 from gpsec.console.bars import Lines
 from gpsec.console.complaint import say
-from gpsec.console.folders import occupied
 from gpsec.console.terminal import messages
+from gpsec.console.workshop import occupied
 from gpsec.errors import GpsecError
 from gpsec.paper.command import RUNS, make
 from gpsec.paper.studies import EVALUATION, TRAINING, Studies

@@ -6,6 +6,7 @@ from pathlib import Path
 from gpsec.console.bars import display
 from gpsec.console.complaint import say
 from gpsec.console.terminal import messages, tables
+from gpsec.console.workshop import settle
 from gpsec.errors import GpsecError, shown
 from gpsec.report.again import simulate
 from gpsec.report.both import write_comparison
@@ -23,7 +24,7 @@ def report(folder: Path, out: Path | None, *, traces: bool, geojson: bool) -> No
     Raises:
         GpsecError: it is no run, or nothing can be written there.
     """
-    run = load(folder)
+    run = _loaded(folder)
     stories = choose(run)
     steps: Steps = logged_steps(run, stories)
     if traces:
@@ -49,7 +50,7 @@ def compare(first: Path, second: Path, out: Path | None) -> None:
         GpsecError: one is no run, they have no vehicle in common, or nothing can be written there.
     """
     try:
-        say(write_comparison(load(first), load(second), out))
+        say(write_comparison(_loaded(first), _loaded(second), out))
     except OSError as error:
         raise GpsecError(f"{out or second}: no page can be written there: {error.strerror}") from None
 
@@ -60,7 +61,7 @@ def tell(folder: Path, vehicle_id: str, scenario: str | None, attack: str | None
     Raises:
         GpsecError: it is no run, there is no such vehicle, or it cannot be simulated again.
     """
-    run = load(folder)
+    run = _loaded(folder)
     story = story_of(run, vehicle_id, scenario, attack)
     steps: Steps = {story.scenario: run.steps(story.scenario, [vehicle_id])}
     steps = _completed(run, steps, [(story.scenario, vehicle_id)])
@@ -75,6 +76,11 @@ def tell(folder: Path, vehicle_id: str, scenario: str | None, attack: str | None
         say(write_trace(run, story, steps, path))
     except OSError as error:
         raise GpsecError(f"{path}: no page can be written there: {error.strerror}") from None
+
+
+def _loaded(folder: Path) -> Results:
+    settle(folder)
+    return load(folder)
 
 
 def _completed(run: Results, steps: Steps, wanted: list[tuple[str, str]]) -> Steps:

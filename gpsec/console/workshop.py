@@ -1,0 +1,166 @@
+"""Hidden folders beside outputs, for files in the making; they keep two runs from one output."""
+
+import fcntl
+import os
+import shutil
+import tempfile
+from collections.abc import Collection, Iterator, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from io import TextIOWrapper
+from pathlib import Path
+
+from gpsec.console.folders import resolved
+from gpsec.console.publishing import finish, is_finished
+from gpsec.errors import GpsecError, MachineError
+
+_LOCK = ".lock"
+_TRIES = 100
+
+
+class Workshop:
+    """A hidden folder beside an output, on the same file system, for files in the making.
+
+    Attributes:
+        folder: of the files.
+        kept: it stays after the run, to go on with.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.kept = folder.exists()  # until something is begun in it
+
+    def begin(self, *, resume: bool) -> None:
+        """Throw away what a run that was killed has left, or with `resume` all but its scenarios."""
+        clear(self.folder, [path.name for path in self.folder.iterdir() if resume and not path.name.startswith(".")])
+        self.kept = resume
+
+
+@contextmanager
+def workshops(outs: Sequence[Path]) -> Iterator[dict[Path, Workshop]]:
+    """Give a workshop for each of `outs`, and keep other runs from all of them until the end.
+
+    Raises:
+        GpsecError: one cannot be made, or another run is at work in it.
+    """
+    with ExitStack() as stack:
+        # In one order for all; who does not get one waits for none, and lets go of those that it has.
+        held = {out: stack.enter_context(workshop(out)) for out in sorted(outs)}
+        yield {out: held[out] for out in outs}
+
+
+@contextmanager
+def workshop(out: Path) -> Iterator[Workshop]:
+    """Give the workshop of `out`; unless it is kept, it is gone afterwards.
+
+    Where a run was killed while it took the place of another one, that is brought to an end first.
+
+    Raises:
+        GpsecError: it cannot be made, or another run is at work in it.
+    """
+    made = [parent for parent in out.parents if not parent.exists()]
+    work = Workshop(workshop_of(out))
+    try:
+        with occupied(work.folder, out):
+            try:
+                finish(out)
+                yield work
+            finally:
+                if not work.kept:
+                    _discard(work.folder)
+    finally:
+        if not work.kept:
+            _remove_empty(made)
+
+
+def settle(out: Path) -> None:
+    """Bring to its end what a run that was killed has begun in `out`.
+
+    Raises:
+        GpsecError: another run is at work there, or the disk refuses.
+    """
+    if not is_finished(out):
+        with workshop(resolved(out)):
+            pass
+
+
+def workshop_of(out: Path) -> Path:
+    """Return where the workshop of an output is."""
+    return out.with_name(f".{out.name[:100]}.partial")
+
+
+@contextmanager
+def occupied(folder: Path, out: Path) -> Iterator[None]:
+    """Make a folder for files of `out`, and keep other runs from it.
+
+    Raises:
+        GpsecError: it cannot be made, or another run is at work in it.
+    """
+    for _ in range(_TRIES):
+        lock = _locked(folder, out)
+        if lock is not None:
+            with lock:
+                yield
+            return
+    raise MachineError(f"{out}: no results can be written there: {folder} comes and goes")
+
+
+def _locked(folder: Path, out: Path) -> TextIOWrapper | None:
+    """Return the open lock of a folder, which falls with the process; None where the folder has just been removed."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        lock = (folder / _LOCK).open("w")
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise GpsecError(f"{out}: no results can be written there: {error.strerror}") from None
+    with ExitStack() as unless_held:
+        unless_held.enter_context(lock)
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise GpsecError(
+                f"{out}: another run is being written there; wait for it, or choose another --out"
+            ) from None
+        except OSError as error:
+            raise GpsecError(f"{out}: cannot be locked against other runs: {error.strerror}") from None
+        # Between opening and locking, another run may have ended and taken the folder with it.
+        if not _is_at(folder / _LOCK, lock):
+            return None
+        unless_held.pop_all()
+    return lock
+
+
+def _is_at(path: Path, lock: TextIOWrapper) -> bool:
+    try:
+        return os.path.samestat(os.fstat(lock.fileno()), path.stat())
+    except OSError:
+        return False
+
+
+def _discard(folder: Path) -> None:
+    """Remove a folder whose lock we hold; whoever makes it anew meanwhile has one of its own."""
+    with suppress(OSError):
+        away = Path(tempfile.mkdtemp(prefix=f"{folder.name}-", dir=folder.parent))
+        folder.rename(away)
+        folder = away
+    shutil.rmtree(folder, ignore_errors=True)
+
+
+def clear(folder: Path, keep: Collection[str] = ()) -> None:
+    """Remove what is in a workshop but the folders called `keep`."""
+    for path in folder.iterdir():
+        if path.name == _LOCK or path.name in keep:
+            continue
+        if path.is_dir() and not path.is_symlink():
+            shutil.rmtree(path)
+        else:
+            path.unlink()
+
+
+def _remove_empty(folders: list[Path]) -> None:
+    """Remove what was made for results that did not come, the innermost first."""
+    for folder in folders:
+        try:
+            folder.rmdir()
+        except OSError:
+            return  # it holds something, or was not made
