@@ -9,16 +9,15 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 
-import sumo
-
 from gpsec.demand import vehicles
+from gpsec.sumohome import program
 from sumo_nets import author, convert, demand
 from sumo_nets.networks.grid import Cell, Grid, lay
 from sumo_nets.plan import Plan, tmerc
 
 ROOT = Path(__file__).parents[1]
 BUILT = ROOT / "benchmarks" / ".built"
-SUMO = Path(sumo.SUMO_HOME) / "bin" / "sumo"
+SUMO = program("sumo")
 BLOCK_M = 270.0
 # The streets fill with long steps; the last seconds are simulated as they are measured.
 COARSE_STEP_S, STEP_S, SETTLE_S = 0.5, 0.1, 10

@@ -14,7 +14,7 @@ from types import TracebackType
 from typing import Self
 from xml.etree import ElementTree
 
-import sumo
+from gpsec import sumohome
 
 DOCS = Path(__file__).parent
 NEEDED = ("Xvfb", "xdotool", "import", "convert")
@@ -66,7 +66,7 @@ class Netedit:
             self._environment["DISPLAY"] = f":{stream.readline().strip()}"
         settings = self._home / "view.xml"
         settings.write_text(self._view)
-        program = str(Path(sumo.SUMO_HOME) / "bin" / "netedit")
+        program = str(sumohome.program("netedit"))
         where = ["--window-size", f"{WIDTH},{HEIGHT}", "--window-pos", "0,0"]
         # From beside the folder, so that messages, and pictures of them, have short paths.
         config = str(self.config.relative_to(self.config.parents[1]))

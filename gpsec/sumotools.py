@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gpsec.errors import MachineError
+from gpsec.sumohome import environment, program, sumo_home
 
 _NO_MEMORY = ("bad_alloc", "MemoryError", "annot allocate memory")
 
@@ -26,13 +27,6 @@ class Limits:
     memory_bytes: int = 4 << 30
 
 
-def sumo_home() -> Path:
-    """Return the folder of the SUMO that was installed with gpsec."""
-    import sumo  # late: nothing else needs it
-
-    return Path(sumo.SUMO_HOME)
-
-
 def run_program(
     name: str, arguments: Sequence[str], folder: Path, limits: Limits | None = None
 ) -> subprocess.CompletedProcess[str]:
@@ -41,8 +35,7 @@ def run_program(
     Raises:
         MachineError: it cannot be started, was killed, ran out of memory, or took more than the limits allow.
     """
-    suffix = ".exe" if sys.platform == "win32" else ""
-    return _run(name, [str(sumo_home() / "bin" / f"{name}{suffix}"), *arguments], folder, limits)
+    return _run(name, [str(program(name)), *arguments], folder, limits)
 
 
 def run_tool(name: str, arguments: Sequence[str], folder: Path) -> subprocess.CompletedProcess[str]:
@@ -59,7 +52,14 @@ def _run(name: str, command: list[str], folder: Path, limits: Limits | None) -> 
     pipe = subprocess.PIPE
     try:
         started = subprocess.Popen(
-            command, cwd=folder, stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe, text=True, errors="replace"
+            command,
+            cwd=folder,
+            env=environment(),
+            stdin=subprocess.DEVNULL,
+            stdout=pipe,
+            stderr=pipe,
+            text=True,
+            errors="replace",
         )
     except OSError as error:
         raise MachineError(f"{name} cannot be started: {error.strerror or error}") from None

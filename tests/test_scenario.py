@@ -8,7 +8,7 @@ from pydantic import ValidationError
 from gpsec.errors import GpsecError
 from gpsec.scenario import Scenario, load_scenario
 from gpsec.scenario.overrides import Override, parse_set
-from gpsec.scenario.paths import sumo_home
+from gpsec.sumohome import sumo_home
 
 ROOT = Path(__file__).parent.parent
 BUNDLED = sorted((ROOT / "scenarios").glob("*/gpsec.toml"))

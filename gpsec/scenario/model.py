@@ -35,8 +35,8 @@ class Scenario(Section):
     Attributes:
         name: of the scenario, in every table and as a folder under `results/`: letters, digits, `.`, `_`, `-`; unset
             takes the folder's or the sumocfg's.
-        sumocfg: the SUMO configuration, relative to this file; may begin with `$SUMO_HOME/`, the SUMO that is installed
-            with gpsec; unset takes the only one in the folder.
+        sumocfg: the SUMO configuration, relative to this file; may begin with `$SUMO_HOME/`, that SUMO where it is of
+            the tested version, otherwise the one that is installed with gpsec; unset takes the only one in the folder.
         seed: of SUMO and of all noise; the same seed gives the same results.
         duration_s: simulated seconds, counted from the first departure where that comes later; unset runs to the end in
             the sumocfg.

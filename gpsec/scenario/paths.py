@@ -1,10 +1,10 @@
 """Where things are: the three forms of SCENARIO, and paths that can be moved to another machine."""
 
-import os
 from dataclasses import dataclass
 from pathlib import Path
 
 from gpsec.errors import GpsecError, nearest, shown
+from gpsec.sumohome import sumo_home
 
 TOML_NAME = "gpsec.toml"
 
@@ -79,15 +79,6 @@ def scenarios_in(folder: Path) -> list[Path]:
         for child in folder.iterdir()
         if child.is_dir() and ((child / TOML_NAME).is_file() or any(child.glob("*.sumocfg")))
     )
-
-
-def sumo_home() -> Path:
-    """Return the folder of the SUMO that is installed with gpsec, unless SUMO_HOME names another."""
-    if "SUMO_HOME" in os.environ:
-        return Path(os.environ["SUMO_HOME"])
-    import sumo
-
-    return Path(sumo.SUMO_HOME)
 
 
 def expand(text: str, folder: Path) -> Path:

@@ -8,6 +8,7 @@ from urllib.parse import unquote
 from xml.etree import ElementTree
 
 from gpsec.errors import GpsecError, shown
+from gpsec.sumohome import expand_variables
 from gpsec.traffic.inputs import UNREADABLE
 from gpsec.traffic.optiontable import SumoOption, sumo_options_by_name
 
@@ -44,7 +45,7 @@ class SumoConfig:
         return paths
 
     def _path(self, item: str) -> Path:
-        return Path(os.path.normpath(self.path.parent / os.path.expandvars(unquote(item.strip()))))
+        return Path(os.path.normpath(self.path.parent / expand_variables(unquote(item.strip()))))
 
 
 def read_config(path: Path) -> SumoConfig:

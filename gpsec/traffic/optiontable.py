@@ -4,11 +4,9 @@ import re
 import subprocess
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
-
-import sumo
 
 from gpsec.errors import GpsecError
+from gpsec.sumohome import environment, program
 
 _TOPIC = re.compile(r"    <(\w+)>$")
 _OPTION = re.compile(r'        <([\w.\-]+) value="([^"]*)"(?: synonymes="([^"]*)")?.* type="([A-Z\[\]]+)"')
@@ -38,12 +36,12 @@ def sumo_options_by_name() -> dict[str, SumoOption]:
     Raises:
         GpsecError: sumo cannot be run.
     """
-    program = Path(sumo.SUMO_HOME) / "bin" / "sumo"
-    command = [str(program), "--save-template", "stdout", "--save-commented"]
+    sumo = program("sumo")
+    command = [str(sumo), "--save-template", "stdout", "--save-commented"]
     try:
-        template = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+        template = subprocess.run(command, capture_output=True, text=True, check=True, env=environment()).stdout
     except (OSError, subprocess.CalledProcessError) as error:
-        raise GpsecError(f"{program}: expected SUMO's list of options, found: {error}") from None
+        raise GpsecError(f"{sumo}: expected SUMO's list of options, found: {error}") from None
     return parse_template(template)
 
 

@@ -1,5 +1,6 @@
 """Traffic from libsumo, in-process: starts it, steps it, reads it in one loop over the vehicles."""
 
+import os
 import shutil
 import tempfile
 from collections.abc import Collection, Iterator, Mapping
@@ -11,6 +12,7 @@ from typing import Self
 import libsumo
 
 from gpsec.errors import GpsecError, retold
+from gpsec.sumohome import sumo_home
 from gpsec.traffic.carried import Spoofers, carried_attacks, check_departing
 from gpsec.traffic.clock import step_count
 from gpsec.traffic.options import SumoOptions
@@ -81,6 +83,7 @@ class SumoSession:
             "output-prefix": f"{_TO_ROOT}{str(self._folder).lstrip('/')}/",
             "error-log": str(self._folder / "sumo.log"),
         }
+        os.environ["SUMO_HOME"] = str(sumo_home())  # where libsumo looks for what comes with it
         arguments = [*program, *self.options.arguments]
         for name, value in outputs.items():
             arguments += [f"--{name}", value]
