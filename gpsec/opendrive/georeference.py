@@ -1,14 +1,13 @@
 """Gives a map a geo-reference that PROJ, netconvert and gpsec understand."""
 
-import re
+from math import isfinite
 from xml.etree.ElementTree import Element, SubElement
 
 import pyproj
 
-from gpsec.geo import DEFAULT_ORIGIN_DEG
+from gpsec.opendrive.projection import projection, reference_system
 
-# Heights are not used, and their grids are seldom installed.
-_VERTICAL = r"\+(geoidgrids|vunits|vto_meter)=\S+"
+_SAME_PLACE_M = 0.1
 # Eastings of a UTM zone, with some room about it.
 _UTM_M = (100_000.0, 900_000.0)
 
@@ -26,58 +25,38 @@ def set_georeference(root: Element, origin_deg: tuple[float, float] | None) -> s
         root.insert(0, header)
     reference = header.find("geoReference")
     written = " ".join((reference.text or "").split()) if reference is not None else ""
-    definition, said = _definition(written, origin_deg)
+    found = projection(written, origin_deg)
     if reference is None:
         reference = SubElement(header, "geoReference")
     header.remove(reference)
     header.insert(0, reference)  # netconvert wants it before the offset
     for child in list(reference):
         reference.remove(child)
-    reference.text = definition
-    if said and said != _HEIGHTS:
+    reference.text = found.definition
+    if found.replaced:
         for offset in header.findall("offset"):  # it belongs to the reference that was replaced
             header.remove(offset)
-        return said
-    return "; ".join(filter(None, (said, _mend_offset(root, header, definition))))
+        return found.said
+    turned = _mend_offset(root, header, found.definition)
+    return "; ".join(filter(None, (found.said, turned, _beside(written, found.definition, root))))
 
 
-_HEIGHTS = "heights were left out of the geo-reference"
-
-
-def _definition(written: str, origin_deg: tuple[float, float] | None) -> tuple[str, str]:
-    """Return a projection that can be used, and what was changed against the one that is written."""
-    if origin_deg is not None:
-        return _about(*origin_deg), f"geo-reference: set to {_place(*origin_deg)}, as --origin says"
-    if "+proj=" in written and _usable(written):
-        return written, ""
-    flat = re.sub(_VERTICAL, "", written)
-    if "+proj=" in flat and _usable(flat):
-        return " ".join(flat.split()), _HEIGHTS
-    stated = [re.search(rf"\+{key}=(-?[\d.]+(?:e[+-]?\d+)?)", written) for key in ("lat_0", "lon_0")]
-    if stated[0] and stated[1]:
-        place = float(stated[0][1]), float(stated[1][1])
-        if abs(place[0]) <= 90.0 and abs(place[1]) <= 180.0:
-            return _about(*place), f"geo-reference: had no projection; {_place(*place)}, its lat_0 and lon_0"
-    lon, lat = DEFAULT_ORIGIN_DEG
-    what = "is none that PROJ knows" if written else "is missing"
-    return _about(lat, lon), f"geo-reference: {what}; {_place(lat, lon)} by default, set another with --origin"
-
-
-def _about(lat: float, lon: float) -> str:
-    return f"+proj=tmerc +lat_0={lat:.12g} +lon_0={lon:.12g} +k=1 +x_0=0 +y_0=0 +datum=WGS84 +units=m +no_defs"
-
-
-def _place(lat: float, lon: float) -> str:
-    return f"a transverse Mercator projection about {lat:g}, {lon:g}"
-
-
-def _usable(definition: str) -> bool:
-    try:
-        transformer = pyproj.Transformer.from_crs("EPSG:4326", pyproj.CRS(definition), always_xy=True)
-        transformer.transform(0.0, 0.0, direction="INVERSE")
-    except pyproj.exceptions.ProjError:
-        return False
-    return True
+def _beside(written: str, definition: str, root: Element) -> str:
+    """Say by how far a PROJ string puts the map beside where the written reference does."""
+    crs, first = reference_system(written), root.find("road/planView/geometry")
+    if "+proj=" in written or crs is None or first is None or crs.axis_info[0].unit_conversion_factor != 1.0:
+        return ""
+    offset = root.find("header/offset")
+    shift = [float(offset.get(axis, "0")) if offset is not None else 0.0 for axis in "xy"]
+    x, y = (float(first.get(axis, "0")) + away for axis, away in zip("xy", shift, strict=True))
+    one, other = (
+        pyproj.Transformer.from_crs(system, "EPSG:4326", always_xy=True).transform(x, y)
+        for system in (crs, pyproj.CRS(definition))
+    )
+    if not all(isfinite(value) for value in (*one, *other)):
+        return ""
+    metres = pyproj.Geod(ellps="WGS84").inv(*one, *other)[2]
+    return f"that string lacks part of the datum and moves the map by {metres:.1f} m" if metres > _SAME_PLACE_M else ""
 
 
 def _mend_offset(root: Element, header: Element, definition: str) -> str:

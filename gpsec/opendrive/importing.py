@@ -16,6 +16,7 @@ from gpsec.opendrive.mend import describe_net, mend_net
 from gpsec.opendrive.names import rename, restore
 from gpsec.opendrive.netconvert import Converted, convert
 from gpsec.opendrive.netfile import net_lanes
+from gpsec.opendrive.offset import turn_map
 from gpsec.opendrive.read import parse, roads
 from gpsec.opendrive.report import draw, write_csv
 from gpsec.opendrive.reshape import SPACING_M, reshape
@@ -96,10 +97,13 @@ def import_map(
     tell("reading the map")
     root = parse(map_file)
     map_roads = roads(root, map_file)
+    turned = turn_map(root, map_file)
+    if turned:
+        map_roads = roads(root, map_file)
     lines = list(centre_lines(map_roads, CHECK_SPACING_M))
     if not lines:
         raise GpsecError(f"{map_file}: expected at least one lane that traffic drives on, found none")
-    mended = _prepare(root, map_roads, origin_deg)
+    mended = [*([turned] if turned else []), *_prepare(root, map_roads, origin_deg)]
     names = rename(root)
     for written, name in list(names.items())[:1]:
         what = "names of roads and junctions that SUMO does not take, written otherwise in the net"

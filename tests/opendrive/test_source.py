@@ -1,11 +1,13 @@
 """What is mended in a map before netconvert sees it."""
 
+import re
 from pathlib import Path
 from xml.etree.ElementTree import Element
 
+import pyproj
 import pytest
 
-from gpsec.opendrive import georeference
+from gpsec.opendrive import projection
 from gpsec.opendrive.georeference import set_georeference
 from gpsec.opendrive.read import parse, roads
 from gpsec.opendrive.source import Speeds, spell_out_speeds
@@ -80,6 +82,8 @@ def test_usable_reference_stays(tmp_path: Path) -> None:
     [
         ("+lat_0=4.9e+1 +lon_0=8", None, "+lat_0=49 +lon_0=8 ", "no projection"),
         (None, None, "+lat_0=52.2647 +lon_0=10.5268 ", "is missing"),
+        ("+proj=longlat +datum=WGS84", None, "+lat_0=52.2647 +lon_0=10.5268 ", "is in degrees"),
+        ("EPSG:4326", None, "+lat_0=52.2647 +lon_0=10.5268 ", "is in degrees"),
         ("LOCAL", None, "+lat_0=52.2647 +lon_0=10.5268 ", "none that PROJ knows"),
         (TMERC, (-33.9, 151.2), "+lat_0=-33.9 +lon_0=151.2 ", "--origin"),
     ],
@@ -93,9 +97,59 @@ def test_other_references_become_a_projection(
     assert says in said
 
 
+UTM_WKT = (
+    'PROJCS["here",GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],'
+    'PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]],PROJECTION["Transverse_Mercator"],'
+    'PARAMETER["latitude_of_origin",0],PARAMETER["central_meridian",9],PARAMETER["scale_factor",0.9996],'
+    'PARAMETER["false_easting",500000],PARAMETER["false_northing",0],UNIT["metre",1]]'
+)
+
+
+@pytest.mark.parametrize(
+    "written",
+    ["EPSG:32632", "epsg:25832", "urn:ogc:def:crs:EPSG::25832", "EPSG:25832+7837", "WGS 84 / UTM zone 32N", UTM_WKT],
+)
+def test_references_in_other_words_are_written_as_proj_strings(tmp_path: Path, written: str) -> None:
+    header = '<offset x="600000" y="5800000" z="0" hdg="0"/>'
+    root = parse(write(tmp_path, document(road(TWO_WAY), reference=written, header=header)))
+    said = set_georeference(root, None)
+    definition = root.findtext("header/geoReference", "")
+    assert "+proj=" in definition
+    assert "is written as +proj=" in said
+    # On its central meridian, 9 degrees east, a quarter of the meridian (10,001,965.729 m) is shortened to 0.9996.
+    zone = pyproj.Transformer.from_crs(definition, "EPSG:4326", always_xy=True)
+    assert zone.transform(500000.0, 0.0) == pytest.approx((9.0, 0.0), abs=1e-9)
+    assert zone.transform(500000.0, 0.9996 * 10001965.729)[1] == pytest.approx(90.0, abs=1e-7)
+    assert root.find("header/offset") is not None  # it belongs to this reference
+
+
+def test_datum_of_a_code_is_kept(tmp_path: Path) -> None:
+    definition, said, _ = reference(tmp_path, "EPSG:31467")
+    place = 3500000.0, 5500000.0
+    one, other = (
+        pyproj.Transformer.from_crs(system, "EPSG:4326", always_xy=True).transform(*place)
+        for system in ("EPSG:31467", definition)
+    )
+    # Bessel's ellipsoid taken for WGS 84's would lie 150 m away.
+    assert pyproj.Geod(ellps="WGS84").inv(*one, *other)[2] < 0.1
+    assert "datum" not in said
+
+
+def test_datum_that_no_string_bears_is_said(tmp_path: Path) -> None:
+    geometry = '<geometry s="0" x="500000" y="6250000" hdg="0" length="100"><line/></geometry>'
+    root = parse(write(tmp_path, document(road(TWO_WAY, geometry), reference="EPSG:20256")))  # AGD66, Sydney
+    found = re.search(r"moves the map by ([\d.]+) m$", set_georeference(root, None))
+    assert found is not None
+    one, other = (
+        pyproj.Transformer.from_crs(system, "EPSG:4326", always_xy=True).transform(500000.0, 6250000.0)
+        for system in ("EPSG:20256", root.findtext("header/geoReference", ""))
+    )
+    assert float(found[1]) == pytest.approx(pyproj.Geod(ellps="WGS84").inv(*one, *other)[2], abs=0.1)
+
+
 def test_heights_are_left_out_where_their_grid_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # As PROJ does, where it knows of a grid that is not installed.
-    monkeypatch.setattr(georeference, "_usable", lambda definition: "geoidgrids" not in definition)
+    monkeypatch.setattr(projection, "_usable", lambda definition: "geoidgrids" not in definition)
     definition, said, _ = reference(tmp_path, "+proj=utm +zone=32 +datum=WGS84 +geoidgrids=egm96_15.gtx +vunits=m")
     assert definition == "+proj=utm +zone=32 +datum=WGS84"
     assert "heights" in said
