@@ -8,6 +8,9 @@ from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
+_VARIABLE = re.compile(r"\$\{(.+?)\}")
+# SUMO knows these by itself where the environment does not.
+_SET_BY_SUMO = ("LOCALTIME", "UTC", "PID", "SUMO_LOGO")
 _SUFFIX = ".exe" if sys.platform == "win32" else ""
 
 
@@ -35,9 +38,9 @@ def environment() -> dict[str, str]:
 
 
 def expand_variables(text: str) -> str:
-    """Return `text` with the values of the variables in it, ``${NAME}`` or ``$NAME``; unknown ones stay."""
-    known = environment() if "$" in text else {}
-    return re.sub(r"\$(?:(\w+)|\{(\w+)\})", lambda found: known.get(found[1] or found[2], found[0]), text)
+    """Return `text` with what each ``${NAME}`` in it stands for, as SUMO reads options: nothing for an unknown one."""
+    known = environment() if "${" in text else {}
+    return _VARIABLE.sub(lambda found: known.get(found[1], found[0] if found[1] in _SET_BY_SUMO else ""), text)
 
 
 @cache

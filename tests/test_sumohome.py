@@ -53,10 +53,11 @@ def test_any_other_one_is_used_for_nothing(tmp_path: Path, monkeypatch: pytest.M
     assert read_config(config).paths("net-file") == [INSTALLED / "a.net.xml"]
 
 
-def test_variables_that_are_not_set_stay(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_variables_are_expanded_as_sumo_does_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("TOWN", "berlin")
     monkeypatch.delenv("NOBODY", raising=False)
-    assert expand_variables("${TOWN}/$TOWN.xml $NOBODY ${NOBODY} 5$") == "berlin/berlin.xml $NOBODY ${NOBODY} 5$"
+    monkeypatch.delenv("PID", raising=False)
+    assert expand_variables("${TOWN}/$TOWN.xml $NOBODY ${NOBODY}${PID} 5$") == "berlin/$TOWN.xml $NOBODY ${PID} 5$"
 
 
 def test_no_other_module_decides_which_sumo_it_is() -> None:

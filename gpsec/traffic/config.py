@@ -23,7 +23,7 @@ class SumoConfig:
 
     Attributes:
         path: absolute path of the configuration.
-        values: value of each option that sumo knows, as written.
+        values: value of each option that sumo knows, its variables expanded.
         gui_only: names of the options that only sumo-gui uses, in file order.
     """
 
@@ -45,7 +45,9 @@ class SumoConfig:
         return paths
 
     def _path(self, item: str) -> Path:
-        return Path(os.path.normpath(self.path.parent / expand_variables(unquote(item.strip()))))
+        name = unquote(item.strip())
+        given = Path(name).expanduser() if name.startswith("~/") else Path(name)
+        return Path(os.path.normpath(self.path.parent / given))
 
 
 def read_config(path: Path) -> SumoConfig:
@@ -75,7 +77,7 @@ def read_config(path: Path) -> SumoConfig:
             raise GpsecError(_unknown_option(path, element.tag, topic, known))
         if option.name in values:
             raise GpsecError(f"{path}: option '{option.name}' is given twice")
-        values[option.name] = element.get("value", element.get("v", element.text or "")).strip()
+        values[option.name] = expand_variables(element.get("value", element.get("v", element.text or "")).strip())
     return SumoConfig(path, values, tuple(gui_only))
 
 

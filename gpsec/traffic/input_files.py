@@ -1,5 +1,6 @@
 """Which files a scenario reads, and which ones its files name: also what they include, however deep."""
 
+import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
@@ -16,9 +17,12 @@ KEYS = ("file", "output")
 _READ_FROM = ("rerouter", "variableSpeedSign", "calibrator")
 _ALWAYS_READ = ("href", "edgesFile")
 
+# How the beginning of a file states its encoding.
+_ENCODING = re.compile(rb"""\A<\?xml\s[^>]*?encoding\s*=\s*["']([^"']*)["']""")
 _PLAIN = ("utf-8", "us-ascii", "ascii", "iso-8859-1", "iso-8859-15", "latin1", "windows-1252")
-# A file without any of these names none; what is written as a number may be a letter of a name.
-_NAMING = rf"""(\s(?:{"|".join(ATTRIBUTES)})\b|["'.](?:{"|".join(KEYS)})["']|&#)""".encode()
+# A file without any of these names none; what is written as a number may be a letter of a name, and a document type may
+# define words of its own.
+_NAMING = rf"""(\s(?:{"|".join(ATTRIBUTES)})\b|["'.](?:{"|".join(KEYS)})["']|&#|<!DOCTYPE)""".encode()
 
 
 @dataclass(frozen=True)
@@ -67,15 +71,24 @@ def input_files(paths: Iterable[Path]) -> Iterator[Path]:
 
 def references(path: Path) -> tuple[FileReference, ...]:
     """Return the files that the input file `path` names, in order; of a broken file those before its fault."""
+    return _looked_at(path)[0]
+
+
+def fault(path: Path) -> str:
+    """Return why the input file `path` could not be searched to its end, empty where it could."""
+    return _looked_at(path)[1]
+
+
+def _looked_at(path: Path) -> tuple[tuple[FileReference, ...], str]:
     try:
         status = path.stat()
     except (OSError, ValueError):
-        return ()
+        return (), ""
     return _references(path, status.st_mtime_ns, status.st_size)
 
 
 @lru_cache(maxsize=256)  # several stages look, and a route file may have hundreds of megabytes
-def _references(path: Path, changed_ns: int, size: int) -> tuple[FileReference, ...]:
+def _references(path: Path, changed_ns: int, size: int) -> tuple[tuple[FileReference, ...], str]:
     found: list[FileReference] = []
 
     def start(element: str, attributes: dict[str, str]) -> None:
@@ -86,12 +99,12 @@ def _references(path: Path, changed_ns: int, size: int) -> tuple[FileReference, 
     try:
         # Most files name none, which a search through their bytes tells sooner.
         if is_plain(path) and not first_match(path, _NAMING):
-            return ()
+            return (), ""
         with open_input(path) as stream:
             parser.ParseFile(stream)
-    except (*UNREADABLE, expat.ExpatError):
-        pass  # SUMO will say what is wrong with the file
-    return tuple(found)
+    except (*UNREADABLE, expat.ExpatError) as error:
+        return tuple(found), str(error)
+    return tuple(found), ""
 
 
 def _named(path: Path, element: str, attributes: dict[str, str]) -> Iterator[FileReference]:
@@ -108,8 +121,8 @@ def _named(path: Path, element: str, attributes: dict[str, str]) -> Iterator[Fil
 def is_plain(path: Path) -> bool:
     """Return whether the markup of a file is in ASCII, so that its bytes can be searched for names."""
     with open_input(path) as stream:
-        head = stream.read(200)
-    if b"\0" in head or head.startswith((b"\xfe\xff", b"\xff\xfe")):
-        return False
-    _, stated, rest = head.partition(b"encoding=")
-    return not stated or rest[1:].partition(rest[:1])[0].decode(errors="replace").lower() in _PLAIN
+        head = stream.read(200).removeprefix(b"\xef\xbb\xbf")
+    if not head.lstrip().startswith(b"<") or b"\0" in head:
+        return False  # UTF-16 and others that SUMO may know
+    stated = _ENCODING.match(head)
+    return not stated or stated[1].decode(errors="replace").lower() in _PLAIN

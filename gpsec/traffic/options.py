@@ -10,6 +10,7 @@ from gpsec.errors import GpsecError, shown
 from gpsec.traffic.config import SumoConfig, is_file, missing_file, read_config
 from gpsec.traffic.input_files import input_files
 from gpsec.traffic.inputs import UNREADABLE, first_match, open_input
+from gpsec.traffic.network import refuse_addresses
 from gpsec.traffic.optiontable import SumoOption, sumo_options_by_name
 
 DEFAULT_STEP_S = 0.1
@@ -20,8 +21,12 @@ DEFAULT_LATERAL_RESOLUTION_M = 0.8
 
 # Options of these topics neither change the traffic nor are wanted in-process.
 _DROPPED_TOPICS = {"configuration", "output", "traci_server", "gui_only"}
-# Of the topic `report` only these are kept: how strictly the inputs are read.
-_KEPT_REPORT = {"xml-validation", "xml-validation.net", "xml-validation.routes"}
+# Of the topic `report` only these are kept: how strictly the inputs are read. Other values than these two would fetch
+# schemas from wherever a file says.
+_VALIDATION = ("xml-validation", "xml-validation.net", "xml-validation.routes")
+_VALIDATED_HERE = ("never", "local")
+# Inputs in XML beside net, routes and additional files.
+_OTHER_INPUTS = ("load-state", "weight-files")
 # Set anew from the run.
 _SET_HERE = {"step-length", "lateral-resolution", "seed", "random"}
 _QUIET = {
@@ -136,6 +141,7 @@ def _input_files(config: SumoConfig) -> dict[str, list[Path]]:
     if not files["net-file"]:
         raise GpsecError(f"{config.path}: expected the key 'net-file', found no net")
     _check_net(config, files["net-file"][0])
+    refuse_addresses([path for key in (*files, *_OTHER_INPUTS) for path in config.paths(key)])
     return files
 
 
@@ -211,15 +217,14 @@ def _kept_values(config: SumoConfig, files: dict[str, list[Path]], notes: list[s
         )
     kept: dict[str, str] = {}
     for option, value in _given(config):
-        if option.topic in _DROPPED_TOPICS or option.name.endswith(".output") or option.name in _SET_HERE:
-            continue
-        if option.topic == "report" and option.name not in _KEPT_REPORT:
+        if option.topic in {*_DROPPED_TOPICS, "report"} or option.name in _SET_HERE or _is_written(option):
             continue
         if option.is_file:
             paths = files.get(option.name) or config.paths(option.name)
             value = ",".join(str(path) for path in paths)
         if value:
             kept[option.name] = value
+    kept |= _validation(config, notes)
     if config.gui_only:
         notes.append(f"ignored (sumo-gui only): {shown(', '.join(config.gui_only))}")
     if outputs := [option.name for option, value in _given(config) if value and _is_output(option)]:
@@ -236,7 +241,21 @@ def _given(config: SumoConfig) -> Iterator[tuple[SumoOption, str]]:
 
 
 def _is_output(option: SumoOption) -> bool:
-    return option.is_file and (option.topic in {"output", "report"} or option.name.endswith(".output"))
+    return (option.is_file and option.topic in {"output", "report"}) or _is_written(option)
+
+
+def _is_written(option: SumoOption) -> bool:
+    """Return whether an option of a device, such as ``device.ssm.file``, names what is written."""
+    return option.name.endswith((".output", ".file"))
+
+
+def _validation(config: SumoConfig, notes: list[str]) -> dict[str, str]:
+    """Return how strictly inputs are read, in such a way that no schema is fetched from elsewhere."""
+    known = sumo_options_by_name()
+    asked = {name: config.values.get(name) or known[name].default for name in _VALIDATION}
+    if fetching := [name for name, value in asked.items() if value not in _VALIDATED_HERE]:
+        notes.append(f"{', '.join(fetching)} set to local: schemas are not fetched from the network")
+    return {name: value if value in _VALIDATED_HERE else "local" for name, value in asked.items()}
 
 
 def _is_on(config: SumoConfig, name: str) -> bool:

@@ -217,8 +217,8 @@ LATE = {
     "point at no place": drawn(point(DRIFT | {"radius_m": "9"}, x="nan"), "zone 'z'", "shape: expected finite"),
     "additional with broken compression": drawn(damaged(zone(DRIFT).encode())),
     "additional cut short": drawn(zone(DRIFT)[:40], "SUMO says"),
-    "empty route file": Case(("cars.rou.xml", "SUMO says"), {"cars.rou.xml": ""}),
-    "binary route file": Case(("cars.rou.xml", "SUMO says"), {"cars.rou.xml": bytes(range(256))}),
+    "empty route file": Case(("cars.rou.xml: expected XML",), {"cars.rou.xml": ""}),
+    "binary route file": Case(("cars.rou.xml: expected XML",), {"cars.rou.xml": bytes(range(256))}),
     "route over an unknown edge": Case(
         ("SUMO says", "edge 'nope'"),
         {"cars.rou.xml": routes('<trip id="t" depart="0" from="A0A1" to="nope"/>')},

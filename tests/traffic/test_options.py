@@ -200,3 +200,41 @@ def test_option_table_is_read_with_aliases_topics_and_kinds():
     assert table["net"].is_file
     assert not table["end"].is_file
     assert (table["net"].topic, table["end"].topic, table["end"].default) == ("input", "time", "-1")
+
+
+def test_variables_are_expanded_in_every_option_as_sumo_does_it(scenario, monkeypatch):
+    monkeypatch.setenv("BEGIN", "7")
+    monkeypatch.setenv("NETS", "grid")
+    monkeypatch.delenv("NOTHING", raising=False)
+    rest = '<begin value="${BEGIN}"/><end value="1${NOTHING}0:0"/><time-to-teleport value="${BEGIN}0"/>'
+    config = scenario(options=rest.replace("0:0", ":0:${BEGIN}"))
+    config.write_text(config.read_text().replace("grid.net.xml", "${NETS}.net${NOTHING}.xml"))
+    options = resolve_options(config, seed=1)
+    assert options.net_file == config.parent / "grid.net.xml"
+    assert (options.begin_s, options.end_s) == (7.0, 3607.0)
+    assert value(options.arguments, "time-to-teleport") == "70"
+
+
+def test_what_only_looks_like_a_variable_is_left_alone(scenario, monkeypatch):
+    monkeypatch.setenv("grid", "other")
+    config = scenario()
+    named = config.parent / "$grid.net.xml"
+    (config.parent / "grid.net.xml").rename(named)
+    config.write_text(config.read_text().replace("grid.net.xml", "$grid.net.xml"))
+    assert resolve_options(config, seed=1).net_file == named
+
+
+def test_home_stands_for_a_tilde(scenario, tmp_path, monkeypatch):
+    config = scenario()
+    monkeypatch.setenv("HOME", str(config.parent))
+    moved = config.rename(tmp_path / "run.sumocfg")
+    moved.write_text(moved.read_text().replace('value="', 'value="~/'))
+    assert resolve_options(moved, seed=1).net_file == config.parent / "grid.net.xml"
+
+
+def test_how_strictly_inputs_are_read_is_always_said(scenario):
+    asked = '<report><xml-validation value="never"/><xml-validation.net value="always"/></report>'
+    options = resolve_options(scenario(options=asked), seed=1)
+    names = ("xml-validation", "xml-validation.net", "xml-validation.routes")
+    assert [value(options.arguments, name) for name in names] == ["never", "local", "local"]
+    assert any(note.startswith("xml-validation.net set to local") for note in options.notes)
