@@ -10,6 +10,8 @@ from typing import Any
 import pandas as pd
 
 from gpsec.errors import GpsecError, shown
+from gpsec.outcomes.digests import DIGESTS, WHOLE, compared
+from gpsec.outcomes.manifests import read_manifest, stated_digests
 from gpsec.outcomes.tables import LARGE_TABLES, MANIFEST, MAP, STEPS, TABLES, read_table, whole
 
 # The longest first, since one ends in another.
@@ -49,12 +51,15 @@ class Results:
         folder: of the run.
         scenarios: manifests of the scenarios in it.
         unfinished: name -> reason of scenarios that were part of the run and are not in the tables.
+        changed: name -> ``changed``, ``missing`` or ``added`` of tables that are not what the run has written; none
+            where it is of a version that kept no digests.
 
     """
 
     folder: Path
     scenarios: tuple[dict[str, Any], ...]
     unfinished: dict[str, str] = field(default_factory=dict)
+    changed: dict[str, str] = field(default_factory=dict)
 
     @cached_property
     def detection(self) -> pd.DataFrame:
@@ -170,24 +175,18 @@ def load(folder: Path | str) -> Results:
 
     """
     place = Path(folder)
-    file = place / MANIFEST
     if not place.is_dir():
         raise GpsecError(f"{place}: expected the folder of a run, found {'a file' if place.exists() else 'nothing'}")
-    if not file.is_file():
+    stated = read_manifest(place)
+    if stated is None:
         raise GpsecError(f"{place}: expected the folder of a run, found no {MANIFEST} in it")
-    try:
-        stated = json.loads(file.read_text("utf-8"))
-        scenarios = tuple(stated.get("scenarios", [stated]))
-        named = all(isinstance(scenario["scenario"], str) for scenario in scenarios)
-        unfinished = {entry["scenario"]: entry["reason"] for entry in stated.get("unfinished", [])}
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
-        named = False
-    if not named:
-        raise GpsecError(f"{file}: expected the manifest of a run, found other data")
+    unfinished = {entry["scenario"]: entry["reason"] for entry in stated.get("unfinished", [])}
     missing = [name for name in TABLES if not (place / f"{name}.csv").is_file()]
     if missing:
         raise GpsecError(
             f"{place}: expected the tables of a run, found no {missing[0]}.csv; a run of an older version lacks some,"
             " run it again"
         )
-    return Results(place, scenarios, unfinished)
+    states = compared(place, stated_digests(place, stated) or {})
+    changed = {name: state for name, state in states.items() if state != WHOLE} if DIGESTS in stated else {}
+    return Results(place, tuple(stated["scenarios"]), unfinished, changed)

@@ -123,7 +123,7 @@ def _found(scenario: Scenario, work: Path, done: set[str], report: Report) -> bo
 
 
 def is_finished(folder: Path, scenario: Scenario) -> bool:
-    """Return whether `folder` holds a run of the scenario that would come out the same again.
+    """Return whether `folder` holds a whole run of the scenario that would come out the same again.
 
     Raises:
         GpsecError: a file of the scenario is missing or wrong.
@@ -132,9 +132,14 @@ def is_finished(folder: Path, scenario: Scenario) -> bool:
         manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return False
+    from gpsec.outcomes.digests import are_whole
     from gpsec.pipeline.fingerprint import fingerprint
 
-    return isinstance(manifest, dict) and manifest.get("fingerprint") == fingerprint(scenario)
+    return (
+        isinstance(manifest, dict)
+        and manifest.get("fingerprint") == fingerprint(scenario)
+        and are_whole(folder, manifest)
+    )
 
 
 @dataclass

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import textwrap
 import time
+from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
 
@@ -16,6 +17,8 @@ import pytest
 from gpsec import cli
 from gpsec.console import launch
 from gpsec.console.launch import _missing
+from gpsec.outcomes.digests import table_digests
+from gpsec.outcomes.tables import TABLES
 from gpsec.scenario import load_scenario
 from gpsec.scenario.overrides import parse_set
 
@@ -28,6 +31,7 @@ sys.path.insert(0, {tests!r})
 from gpsec import cli
 from gpsec.console import launch
 from gpsec.pipeline.fingerprint import fingerprint
+from gpsec.outcomes.digests import table_digests
 from gpsec.outcomes.tables import TABLES
 from test_resume import NAMES
 
@@ -39,7 +43,8 @@ def run(scenario, folder, report):
                 file.write(f"{{scenario.name}},{{row}}\\n")
                 file.flush()
                 time.sleep(0.001)
-    (folder / "manifest.json").write_text(json.dumps({{"fingerprint": fingerprint(scenario)}}))
+    stated = {{"scenario": scenario.name, "fingerprint": fingerprint(scenario), "tables": table_digests(folder)}}
+    (folder / "manifest.json").write_text(json.dumps(stated))
 
 if __name__ == "__main__":
     real = launch.run_scenarios
@@ -107,7 +112,10 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def held(folder: Path, *fingerprints: str) -> None:
     folder.mkdir()
-    (folder / "manifest.json").write_text(json.dumps({"scenarios": [{"fingerprint": each} for each in fingerprints]}))
+    for name in TABLES:
+        (folder / f"{name}.csv").write_text("scenario\n")
+    scenarios = [{"scenario": name, "fingerprint": each} for name, each in zip(NAMES, fingerprints, strict=False)]
+    (folder / "manifest.json").write_text(json.dumps({"scenarios": scenarios, "tables": table_digests(folder)}))
 
 
 def test_a_whole_run_is_not_run_again(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -124,8 +132,29 @@ def test_a_whole_run_is_not_run_again(here: Path, monkeypatch: pytest.MonkeyPatc
     }
     shown: list[Path] = []
     monkeypatch.setattr(launch, "_show", shown.append)
+    monkeypatch.setattr(launch, "_report", lambda folder, messages: None)
     assert cli.main(["run", *NAMES, "--out", "all", "--resume"]) == 0
     assert shown == [here / "all"]
+
+
+@pytest.mark.parametrize("spoil", [Path.unlink, lambda path: path.write_text("scenario\nby hand\n")])
+def test_a_run_whose_tables_are_not_what_was_written_is_run_again(
+    here: Path, spoil: Callable[[Path], object], capsys: pytest.CaptureFixture[str]
+) -> None:
+    from gpsec.pipeline.fingerprint import fingerprint
+
+    scenarios = [load_scenario(name) for name in NAMES]
+    folder = here / "all"
+    held(folder, *(fingerprint(scenario) for scenario in scenarios))
+    assert cli.main(["verify", "all"]) == 0
+    assert _missing({folder: scenarios}) == {}
+    capsys.readouterr()
+    spoil(folder / "events.csv")
+    assert cli.main(["verify", "all"]) == 1
+    printed = capsys.readouterr().out.splitlines()
+    state = "changed" if (folder / "events.csv").exists() else "missing"
+    assert sorted(printed) == sorted(f"{state if name == 'events' else 'whole':<8} all/{name}.csv" for name in TABLES)
+    assert _missing({folder: scenarios}) == {folder: scenarios}
 
 
 def test_another_run_is_not_resumed(here: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -204,6 +204,20 @@ def report_(
         compare(run, other, out)
 
 
+@app.command("verify")
+def verify_(runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Folders of runs.")]) -> int:
+    """Say of every table of a run whether it is still what was written; the exit status is 1 where one is not.
+
+    \b
+    Examples:
+      gpsec verify results/town
+      gpsec verify results/*
+    """  # noqa: D301
+    from gpsec.console.verify import verify
+
+    return verify(runs)
+
+
 @app.command()
 def trace(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="The folder of a run.")],

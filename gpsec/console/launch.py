@@ -118,33 +118,25 @@ def _check_names(scenarios: Sequence[Scenario], arguments: Sequence[str]) -> Non
 
 
 def _missing(groups: Mapping[Path, list[Scenario]]) -> dict[Path, list[Scenario]]:
-    """Return the groups that are not complete.
+    """Return the groups that are not complete, or whose tables are not what was written.
 
     Raises:
         GpsecError: a folder holds another run, or one that was made from other input.
     """
+    from gpsec.outcomes.digests import are_whole
+    from gpsec.outcomes.manifests import read_manifest
     from gpsec.pipeline.fingerprint import fingerprint
 
     missing = {}
     for folder, members in groups.items():
         wanted = {fingerprint(scenario) for scenario in members}
-        found = _held(folder)
+        manifest = read_manifest(folder) or {}
+        found = {str(each.get("fingerprint")) for each in manifest.get("scenarios", [])}
         if not found <= wanted:
             raise GpsecError(f"{folder}: holds another run, or one whose input has changed: there is nothing to resume")
-        if found != wanted:
+        if found != wanted or not are_whole(folder, manifest):
             missing[folder] = members
     return missing
-
-
-def _held(folder: Path) -> set[str]:
-    """Return the fingerprints of the runs whose tables a folder holds."""
-    try:
-        manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
-        return {str(each.get("fingerprint")) for each in manifest["scenarios"]}
-    except FileNotFoundError:
-        return set()
-    except (OSError, ValueError, LookupError, TypeError, AttributeError):
-        raise GpsecError(f"{folder / MANIFEST}: expected the manifest of a run, found something else") from None
 
 
 def _finished(members: Sequence[Scenario], outcome: Outcome) -> list[str]:
@@ -158,7 +150,7 @@ def _publish(
     finished = _finished(members, outcome)
     if not finished:
         return
-    from gpsec.outcomes.tables import merge
+    from gpsec.outcomes.merging import merge
 
     merged.mkdir()
     merge([work / name for name in finished], merged)

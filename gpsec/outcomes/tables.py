@@ -1,8 +1,6 @@
-"""Writes the tables of a run, and joins those of several; a file that exists is whole."""
+"""Writes the tables of a run; a file that exists is whole."""
 
-import json
 import os
-import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,7 +9,6 @@ import numpy as np
 import pandas as pd
 
 from gpsec.arrays import Ints, Longs
-from gpsec.errors import GpsecError, shown
 from gpsec.geo import Projector
 from gpsec.outcomes.aggregates import detection_table, localization_table, safety_table
 from gpsec.outcomes.bands import bands_table
@@ -86,52 +83,3 @@ def read_table(folder: Path, name: str) -> pd.DataFrame:
     """Return one of `TABLES` from `folder`; names are texts, and only empty cells are missing."""
     texts = ("scenario", "vehicle_id", "vehicle_type", "profile", "attack", "defence", "detector", "response", "by")
     return pd.read_csv(folder / f"{name}.csv", dtype=dict.fromkeys(texts, str), keep_default_na=False, na_values=[""])
-
-
-def merge(folders: list[Path], out: Path) -> None:
-    """Join the files of several runs, a folder each, in `out`; the runs follow in the order of their folders' names.
-
-    Tables are concatenated, manifests become a list under "scenarios". Step logs, whose columns differ with the
-    detectors, and maps are kept apart as ``steps-<folder>.parquet`` and ``map-<folder>.geojson`` where there is more
-    than one run.
-
-    Raises:
-        GpsecError: a folder lacks a file, or its columns are not those of the others.
-
-    """
-    folders = sorted(folders, key=lambda folder: folder.name)
-    for name in TABLES:
-        with whole(out / f"{name}.csv") as partial:
-            _join([folder / f"{name}.csv" for folder in folders], partial)
-    for folder in folders:
-        for file in (Path(STEPS), Path(MAP)):
-            if (folder / file).exists():
-                target = file.name if len(folders) == 1 else f"{file.stem}-{folder.name}{file.suffix}"
-                with whole(out / target) as partial:
-                    shutil.copyfile(folder / file, partial)
-    manifests = [json.loads(_text(folder / MANIFEST)) for folder in folders]
-    with whole(out / MANIFEST) as partial:
-        partial.write_text(json.dumps({"scenarios": manifests}, indent=2) + "\n", "utf-8")
-
-
-def _join(sources: list[Path], target: Path) -> None:
-    """Write the lines of CSV files with one header one after the other, to the byte."""
-    expected = ""
-    with target.open("w", encoding="utf-8", newline="") as joined:
-        for source in sources:
-            header, _, rows = _text(source).partition("\n")
-            if not expected:
-                expected = header
-                joined.write(header + "\n")
-            if header != expected:
-                raise GpsecError(
-                    f"{source}: header expected '{shown(expected)}' as in {sources[0]}, found '{shown(header)}'"
-                )
-            joined.write(rows)
-
-
-def _text(path: Path) -> str:
-    try:
-        return path.read_text("utf-8")
-    except OSError as error:
-        raise GpsecError(f"{path}: expected a file of a finished run, found none ({error.strerror})") from None

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from gpsec.outcomes.digests import DIGESTS, table_digests
 from gpsec.outcomes.tables import FLOAT_FORMAT, MANIFEST, whole
 from gpsec.pipeline.consistency import measure
 from gpsec.pipeline.fingerprint import fingerprint
@@ -30,7 +31,11 @@ def evaluate(scenario: Scenario, folder: Path, report: Callable[[Progress], None
             partial, index=False, float_format=FLOAT_FORMAT, lineterminator="\n", encoding="utf-8"
         )
     with whole(folder / MANIFEST) as partial:
-        stated = {"fingerprint": fingerprint(scenario), "configuration": scenario.model_dump(mode="json")}
+        stated = {
+            "fingerprint": fingerprint(scenario),
+            "configuration": scenario.model_dump(mode="json"),
+            DIGESTS: table_digests(folder, [Path(TABLE).stem]),
+        }
         partial.write_text(json.dumps(stated, indent=1) + "\n", encoding="utf-8")
 
 

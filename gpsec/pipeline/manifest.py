@@ -10,6 +10,7 @@ from typing import Any
 
 from gpsec import __version__
 from gpsec.attacks.schedule import Plan
+from gpsec.outcomes.digests import DIGESTS, table_digests
 from gpsec.outcomes.tables import whole
 from gpsec.pipeline.build import Ground
 from gpsec.pipeline.fingerprint import fingerprint, versions
@@ -71,7 +72,7 @@ def write_manifest(
     notes: Sequence[str],
     warnings: Sequence[str],
 ) -> None:
-    """Write `manifest.json`; `notes` is what the user was told, `warnings` what SUMO said."""
+    """Write `manifest.json`, after all tables; `notes` is what the user was told, `warnings` what SUMO said."""
     figures = {key: round(value, 4) if isinstance(value, float) else value for key, value in asdict(counts).items()}
     manifest: dict[str, Any] = {
         "scenario": scenario.name,
@@ -93,6 +94,7 @@ def write_manifest(
         "stages_us_per_vehicle_step": {
             stage: round(seconds / max(counts.vehicle_steps, 1) * 1e6, 4) for stage, seconds in stages_s.items()
         },
+        DIGESTS: table_digests(folder),
     }
     with whole(folder / "manifest.json") as path:
         path.write_text(json.dumps(manifest, indent=2) + "\n", encoding="utf-8")

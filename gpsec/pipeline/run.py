@@ -220,6 +220,8 @@ class _Run:
         session.close()
         for note in input_warnings(session.warnings):
             self._say(note, "writing tables")
+        if self.log is not None:
+            self.log.close()
         self.counts.total_s = perf_counter() - began
         write_manifest(
             self.folder,

@@ -101,8 +101,8 @@ def _signed(row: dict[Hashable, Any]) -> str:
 
 
 def _unlike(first: Results, second: Results) -> list[str]:
-    """Return in words which settings of scenarios in both runs differ."""
-    said = []
+    """Return in words which settings of the runs differ, and which tables are not as they were written."""
+    said = [f"{run.folder.name}/{name} is {state}" for run in (first, second) for name, state in run.changed.items()]
     others = {stated["scenario"]: stated for stated in second.scenarios}
     for stated in first.scenarios:
         name = stated["scenario"]

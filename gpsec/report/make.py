@@ -45,6 +45,7 @@ def write_report(run: Results, steps: Steps | None = None, path: Path | None = N
         {"figures": {key: figure.plain() for key, figure in figures.items()}, "groups": groups, "attacks": attacks},
         title=", ".join(stated["scenario"] for stated in run.scenarios),
         unfinished=run.unfinished,
+        changed=run.changed,
         verdicts=verdicts(run),
         reference=reference_defence(run),
         runs=[_described(stated) for stated in run.scenarios],

@@ -5,9 +5,10 @@ import pandas as pd
 import pytest
 from rich.console import Console
 
+from gpsec.outcomes.merging import merge
 from gpsec.outcomes.paper import TABLE_I, localization_like
 from gpsec.outcomes.summary import print_summary
-from gpsec.outcomes.tables import TABLES, merge, read_table
+from gpsec.outcomes.tables import TABLES, read_table
 
 from .scene import Scene
 from .story import tell

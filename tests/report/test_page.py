@@ -7,6 +7,7 @@ from html.parser import HTMLParser
 
 import pytest
 
+from gpsec.outcomes.digests import table_digests
 from gpsec.report.make import write_report
 from gpsec.report.page import unpacked
 from gpsec.results import load
@@ -153,3 +154,16 @@ def test_the_verdict_counts_who_left_the_lane(page, text):
 def test_the_same_run_gives_the_same_page(run_folder, tmp_path, text):
     again = write_report(load(run_folder), path=tmp_path / "again.html")
     assert again.read_text("utf-8") == text
+
+
+def test_tables_that_were_changed_by_hand_are_named(run_folder, tmp_path):
+    folder = shutil.copytree(run_folder, tmp_path / "edited")
+    stated = json.loads((folder / "manifest.json").read_text())
+    stated["tables"] = table_digests(folder)
+    (folder / "manifest.json").write_text(json.dumps(stated))
+    said = "Not as the run has written them"
+    assert said not in write_report(load(folder)).read_text()
+    (folder / "safety.csv").write_text((folder / "safety.csv").read_text().replace("True", "False") + "\n")
+    (folder / "map.geojson").unlink()
+    page = " ".join(write_report(load(folder)).read_text().split())
+    assert f"{said}: safety.csv (changed); map.geojson (missing)." in page
