@@ -24,7 +24,7 @@ def faked(folder: Path, monkeypatch: pytest.MonkeyPatch, script: str) -> None:
     program.parent.mkdir(parents=True)
     program.write_text(f"#!/bin/sh\n{script}\n")
     program.chmod(0o755)
-    monkeypatch.setattr(sumotools, "sumo_home", lambda: folder / "sumo")
+    monkeypatch.setattr(sumotools, "program", lambda name: program)
 
 
 def converted(folder: Path, text: str, limits: Limits | None = None) -> netconvert.Converted:
