@@ -94,11 +94,14 @@ class Vehicles(Rows):
         speed_mps, yaw_rate_rps: (N,) mean of the rear axle over the last step.
         lane: (N,) index of the lane of the front, as SUMO says.
         segment: (N,) map segment of the rear axle on the true geometry, -1 before the first match.
-        lane_offset_m: (N,) of the rear axle from that lane's centre, across the lane, left positive.
+        against: (N,) that lane leads the other way: the vehicle overtakes on an oncoming lane, or is turning round.
+            Then offset, direction and curvature are those of the vehicle's way, and nothing is scored.
+        lane_offset_m: (N,) of the rear axle from the lane's centre, across the lane, left positive.
         lane_yaw_rad: (N,) direction of the lane there.
         curvature_per_m: (N,) of the lane there, left positive.
         lane_width_m: (N,) there.
-        marked: (N,) front and rear axle are both on lanes with markings (not inside a junction).
+        marked: (N,) front and rear axle are both on lanes with markings (not inside a junction) that lead the vehicle's
+            way.
     """
 
     key: Keys
@@ -115,6 +118,7 @@ class Vehicles(Rows):
     yaw_rate_rps: Floats
     lane: Ints
     segment: Ints
+    against: Flags
     lane_offset_m: Floats
     lane_yaw_rad: Floats
     curvature_per_m: Floats
@@ -140,6 +144,7 @@ class Vehicles(Rows):
             yaw_rate_rps=np.zeros(n),
             lane=np.full(n, -1, np.int32),
             segment=np.full(n, -1, np.int32),
+            against=np.zeros(n, np.bool_),
             lane_offset_m=np.zeros(n),
             lane_yaw_rad=np.zeros(n),
             curvature_per_m=np.zeros(n),

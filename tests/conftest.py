@@ -28,7 +28,7 @@ def plain_net(tmp_path_factory: pytest.TempPathFactory) -> PlainNet:
     """Return a function that makes a net of plain XML: the attributes of nodes and edges, and options of netconvert."""
     program = Path(sumo.SUMO_HOME) / "bin" / "netconvert"
 
-    def make(nodes: str, edges: str, *options: str, connections: str = "") -> Path:
+    def make(nodes: str, edges: str, *options: str, connections: str = "", turnarounds: bool = False) -> Path:
         folder = tmp_path_factory.mktemp("net")
         inputs = []
         for kind, content in (("node", nodes), ("edge", edges), ("connection", connections)):
@@ -36,7 +36,9 @@ def plain_net(tmp_path_factory: pytest.TempPathFactory) -> PlainNet:
                 lines = "\n".join(f"<{kind} {line}/>" for line in content.strip().splitlines())
                 (folder / f"plain.{kind[:3]}.xml").write_text(f"<{kind}s>\n{lines}\n</{kind}s>")
                 inputs += [f"--{kind}-files", f"plain.{kind[:3]}.xml"]
-        fixed = ["--offset.disable-normalization", "--no-turnarounds", "--precision", "6", "-o", "made.net.xml"]
+        fixed = ["--offset.disable-normalization", "--precision", "6", "-o", "made.net.xml"]
+        if not turnarounds:
+            fixed.append("--no-turnarounds")
         subprocess.run([program, *inputs, *fixed, *options], cwd=folder, check=True, capture_output=True)
         return folder / "made.net.xml"
 

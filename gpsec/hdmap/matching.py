@@ -1,15 +1,16 @@
 """Map matching (Eqs 2-6): which lane segment a position belongs to, and the signed offset from it.
 
 Two ways of matching. *Tracked*: the nearest point on the chain of the lane that the camera follows (that lane, what
-leads to it and on from it). *Nearest*, the paper's: the nearest point on any lane whose direction differs by less
-than 60° (or by more than 120°) from the vehicle's heading.
+leads to it and on from it), as far as it leads the vehicle's way. *Nearest*, the paper's: the nearest point on any lane
+whose direction differs by less than 60° (or by more than 120°) from the vehicle's heading.
 """
 
-from math import cos, sqrt
+from math import cos, pi, sin, sqrt
 
 from gpsec.arrays import Flags, Floats, Ints
+from gpsec.geo import wrap_angle
 from gpsec.hdmap.arrays import LaneSides, MapArrays, MatchIndex
-from gpsec.hdmap.search import MIN_COS, TRACKED, match, match_tracked, project
+from gpsec.hdmap.search import MIN_COS, TRACKED, faces, is_on, match, match_tracked, project
 from gpsec.kernels import inline, kernel
 
 
@@ -60,27 +61,44 @@ def locate(
     sides: LaneSides,
     lane: Ints,
     rear_m: Floats,
+    yaw_rad: Floats,
     segment: Ints,
+    against: Flags,
     lane_offset_m: Floats,
     lane_yaw_rad: Floats,
     curvature_per_m: Floats,
     lane_width_m: Floats,
     marked: Flags,
 ) -> None:
-    """Place the rear axles of the vehicle rows `rows` on the true lanes; the arguments are fields of `Vehicles`."""
+    """Place the rear axles of the vehicle rows `rows` on the true lanes; the arguments are fields of `Vehicles`.
+
+    On a lane that leads against the vehicle, direction, offset and curvature are still those of the vehicle's way.
+    """
     for row in rows:
         x = rear_m[row, 0]
         y = rear_m[row, 1]
-        here = match_tracked(lanes, index, 0, lane[row], x, y, segment[row])
+        ux = cos(yaw_rad[row])
+        uy = sin(yaw_rad[row])
+        here = match_tracked(lanes, index, 0, lane[row], True, x, y, 0.0, 0.0, segment[row])
+        own = here
+        if not is_on(lanes, 0, lane[row], here):
+            own = match_tracked(lanes, index, 0, lane[row], False, x, y, 0.0, 0.0, -1)
+        against[row] = not faces(lanes, own, ux, uy)
+        way = -1.0 if against[row] else 1.0
+        if faces(lanes, here, ux, uy) == against[row]:
+            here = match_tracked(lanes, index, 0, lane[row], True, x, y, way * ux, way * uy, -1)
         share, d2 = project(lanes, here, x, y, True)
         held = min(max(share, 0.0), 1.0)
         cross = lanes.dx[here] * (y - lanes.y0_m[here]) - lanes.dy[here] * (x - lanes.x0_m[here])
         segment[row] = here
-        lane_offset_m[row] = sqrt(d2) if cross >= 0.0 else -sqrt(d2)
+        lane_offset_m[row] = way * (sqrt(d2) if cross >= 0.0 else -sqrt(d2))
         lane_yaw_rad[row] = lanes.yaw0_rad[here] + held * lanes.turn_rad[here]
-        curvature_per_m[row] = (1.0 - held) * lanes.curvature0_per_m[here] + held * lanes.curvature1_per_m[here]
+        if against[row]:
+            lane_yaw_rad[row] = wrap_angle(lane_yaw_rad[row] + pi)
+        curvature = (1.0 - held) * lanes.curvature0_per_m[here] + held * lanes.curvature1_per_m[here]
+        curvature_per_m[row] = way * curvature
         lane_width_m[row] = sides.width_m[lane[row]]
-        marked[row] = not sides.internal[lane[row]] and not sides.internal[lanes.lane[here]]
+        marked[row] = not against[row] and not sides.internal[lane[row]] and not sides.internal[lanes.lane[here]]
 
 
 @kernel

@@ -1,12 +1,12 @@
 """The search for the nearest lane segment (Eqs 2-5), on a lane's chain or among all lanes.
 
 Both searches are exact; bounding circles only skip what cannot be nearer. Of equally near points the one that comes
-first in the map wins.
+first in the map wins. On a chain only segments count that lead the vehicle's way, because where one may turn round the
+oncoming lane is part of the chain.
 """
 
-from math import cos, floor, inf, sqrt
+from math import cos, floor, inf, sin, sqrt
 
-from gpsec.arrays import Ints
 from gpsec.hdmap.arrays import MapArrays, MatchIndex
 from gpsec.kernels import inline
 
@@ -39,6 +39,12 @@ def project(lanes: MapArrays, segment: int, x_m: float, y_m: float, extend: bool
 
 
 @inline
+def faces(lanes: MapArrays, segment: int, ux: float, uy: float) -> bool:
+    """Return whether a segment leads the way of (ux, uy), or at least not against it; (0, 0) is any way."""
+    return bool(lanes.dx[segment] * ux + lanes.dy[segment] * uy >= 0.0)
+
+
+@inline
 def _best_in_chunk(
     lanes: MapArrays,
     index: MatchIndex,
@@ -65,16 +71,18 @@ def _best_in_chunk(
 
 
 @inline
-def _better(lanes: MapArrays, segment: int, x_m: float, y_m: float, best: int, best_d2: float) -> tuple[int, float]:
-    """Return the nearer one of `segment` and the best so far; of equals, the first."""
+def better(
+    lanes: MapArrays, segment: int, x_m: float, y_m: float, ux: float, uy: float, best: int, best_d2: float
+) -> tuple[int, float]:
+    """Return the nearer one of `segment`, if it leads the way, and the best so far; of equals, the first."""
     _, d2 = project(lanes, segment, x_m, y_m, True)
-    if d2 < best_d2 or (d2 == best_d2 and segment < best):
+    if (d2 < best_d2 or (d2 == best_d2 and segment < best)) and faces(lanes, segment, ux, uy):
         return segment, d2
     return best, best_d2
 
 
 @inline
-def _out_of_reach(x_m: float, y_m: float, cx: float, cy: float, radius: float, best_d2: float) -> bool:
+def out_of_reach(x_m: float, y_m: float, cx: float, cy: float, radius: float, best_d2: float) -> bool:
     """Nothing inside the circle can be as near as the best so far."""
     if best_d2 == inf:
         return False
@@ -85,20 +93,38 @@ def _out_of_reach(x_m: float, y_m: float, cx: float, cy: float, radius: float, b
 
 
 @inline
-def match_tracked(lanes: MapArrays, index: MatchIndex, layer: int, lane: int, x_m: float, y_m: float, hint: int) -> int:
-    """Return the segment of the lane's chain that is nearest to (x, y).
+def is_on(lanes: MapArrays, layer: int, lane: int, segment: int) -> bool:
+    """Return whether a segment (-1 for none) is one of a lane's in that layer."""
+    return bool(lanes.first[layer, lane] <= segment < lanes.first[layer, lane] + lanes.segments[layer, lane])
 
-    `hint` is a segment that may be near (-1 for none): it only bounds the search.
+
+@inline
+def match_tracked(
+    lanes: MapArrays,
+    index: MatchIndex,
+    layer: int,
+    lane: int,
+    chained: bool,
+    x_m: float,
+    y_m: float,
+    ux: float,
+    uy: float,
+    hint: int,
+) -> int:
+    """Return the segment of the lane's chain that is nearest to (x, y) among those that lead the way of (ux, uy).
+
+    Without `chained` only the lane itself is looked at. `hint` is a segment that may be near (-1 for none): it only
+    bounds the search. Where no segment leads that way, the result is -1.
     """
     best = -1
     best_d2 = inf
     start = index.chain_first[lane]
     bound = inf
-    if lanes.first[layer, lane] <= hint < lanes.first[layer, lane] + lanes.segments[layer, lane]:
+    if is_on(lanes, layer, lane, hint) and faces(lanes, hint, ux, uy):
         _, bound = project(lanes, hint, x_m, y_m, True)
         bound = bound * (1.0 + 1e-9) + 1e-12
-    for position in range(start, start + index.chain_count[lane]):
-        if _out_of_reach(
+    for position in range(start, start + (index.chain_count[lane] if chained else 1)):
+        if out_of_reach(
             x_m,
             y_m,
             index.chain_x_m[position],
@@ -113,12 +139,12 @@ def match_tracked(lanes: MapArrays, index: MatchIndex, layer: int, lane: int, x_
             first = lanes.first[layer, candidate]
             last = first + lanes.segments[layer, candidate] - 1
             if lanes.open_start[first]:
-                best, best_d2 = _better(lanes, first, x_m, y_m, best, best_d2)
+                best, best_d2 = better(lanes, first, x_m, y_m, ux, uy, best, best_d2)
             if lanes.open_end[last]:
-                best, best_d2 = _better(lanes, last, x_m, y_m, best, best_d2)
+                best, best_d2 = better(lanes, last, x_m, y_m, ux, uy, best, best_d2)
         first_group = index.group_first[layer, candidate]
         for group in range(first_group, first_group + index.group_count[layer, candidate]):
-            if _out_of_reach(
+            if out_of_reach(
                 x_m,
                 y_m,
                 index.group_x_m[group],
@@ -129,7 +155,7 @@ def match_tracked(lanes: MapArrays, index: MatchIndex, layer: int, lane: int, x_
                 continue
             first_chunk = index.group_chunk[group]
             for chunk in range(first_chunk, first_chunk + index.group_chunks[group]):
-                if _out_of_reach(
+                if out_of_reach(
                     x_m,
                     y_m,
                     index.chunk_x_m[chunk],
@@ -140,93 +166,8 @@ def match_tracked(lanes: MapArrays, index: MatchIndex, layer: int, lane: int, x_
                     continue
                 first_segment = index.chunk_segment[chunk]
                 for segment in range(first_segment, first_segment + index.chunk_segments[chunk]):
-                    best, best_d2 = _better(lanes, segment, x_m, y_m, best, best_d2)
+                    best, best_d2 = better(lanes, segment, x_m, y_m, ux, uy, best, best_d2)
     return best
-
-
-@inline
-def gather_tracked(
-    lanes: MapArrays,
-    index: MatchIndex,
-    layer: int,
-    lane: int,
-    x_m: float,
-    y_m: float,
-    within_m: float,
-    near: Ints,
-) -> int:
-    """List the segments of the lane's chain that are at most `within_m` from (x, y) in `near`.
-
-    Returns their number, or -1 where there is not enough room for them.
-    """
-    found = 0
-    within_d2 = within_m * within_m
-    start = index.chain_first[lane]
-    for position in range(start, start + index.chain_count[lane]):
-        if _out_of_reach(
-            x_m,
-            y_m,
-            index.chain_x_m[position],
-            index.chain_y_m[position],
-            index.chain_radius_m[position],
-            within_d2,
-        ):
-            continue
-        candidate = index.chain_lane[position]
-        endless = index.chain_radius_m[position] == inf
-        first_group = index.group_first[layer, candidate]
-        last_group = first_group + index.group_count[layer, candidate] - 1
-        for group in range(first_group, last_group + 1):
-            # A group at an end that continues straight on may be near although its circle is not.
-            at_end = endless and not first_group < group < last_group
-            if not at_end and _out_of_reach(
-                x_m,
-                y_m,
-                index.group_x_m[group],
-                index.group_y_m[group],
-                index.group_radius_m[group],
-                within_d2,
-            ):
-                continue
-            first_chunk = index.group_chunk[group]
-            last_chunk = first_chunk + index.group_chunks[group] - 1
-            for chunk in range(first_chunk, last_chunk + 1):
-                ends = at_end and not first_chunk < chunk < last_chunk
-                if not ends and _out_of_reach(
-                    x_m,
-                    y_m,
-                    index.chunk_x_m[chunk],
-                    index.chunk_y_m[chunk],
-                    index.chunk_radius_m[chunk],
-                    within_d2,
-                ):
-                    continue
-                first_segment = index.chunk_segment[chunk]
-                for segment in range(first_segment, first_segment + index.chunk_segments[chunk]):
-                    _, d2 = project(lanes, segment, x_m, y_m, True)
-                    if d2 <= within_d2:
-                        if found == len(near):
-                            return -1
-                        near[found] = segment
-                        found += 1
-    return found
-
-
-@inline
-def nearest_of(lanes: MapArrays, near: Ints, count: int, x_m: float, y_m: float) -> int:
-    """Return the nearest to (x, y) of the first `count` segments in `near`, -1 for none."""
-    best = -1
-    best_d2 = inf
-    for k in range(count):
-        best, best_d2 = _better(lanes, near[k], x_m, y_m, best, best_d2)
-    return best
-
-
-@inline
-def distance_to(lanes: MapArrays, segment: int, x_m: float, y_m: float) -> float:
-    """Return the distance from (x, y) to a segment, whose open ends continue straight on."""
-    _, d2 = project(lanes, segment, x_m, y_m, True)
-    return sqrt(d2)
 
 
 @inline
@@ -252,7 +193,7 @@ def match_nearest(lanes: MapArrays, index: MatchIndex, layer: int, x_m: float, y
                 cell = (layer * rows + r) * columns + c
                 for position in range(index.grid_first[cell], index.grid_first[cell + 1]):
                     chunk = index.grid_chunk[position]
-                    if not _out_of_reach(
+                    if not out_of_reach(
                         x_m,
                         y_m,
                         index.chunk_x_m[chunk],
@@ -278,5 +219,5 @@ def match(
 ) -> int:
     """Return the matched segment, -1 where there is none."""
     if mode == TRACKED:
-        return match_tracked(lanes, index, layer, lane, x_m, y_m, hint)
+        return match_tracked(lanes, index, layer, lane, True, x_m, y_m, cos(heading_rad), sin(heading_rad), hint)
     return match_nearest(lanes, index, layer, x_m, y_m, heading_rad)

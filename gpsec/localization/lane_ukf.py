@@ -12,9 +12,10 @@ import numpy as np
 
 from gpsec.arrays import Floats, Ints
 from gpsec.geo import wrap_angle
+from gpsec.hdmap.around import gather_around, nearest_of
 from gpsec.hdmap.arrays import MapArrays, MatchIndex
 from gpsec.hdmap.matching import view_on
-from gpsec.hdmap.search import MIN_COS, TRACKED, distance_to, gather_tracked, match, match_tracked, nearest_of
+from gpsec.hdmap.search import MIN_COS, TRACKED, match
 from gpsec.kernels import inline
 from gpsec.localization.learning import GYRO, SCALE, SLOW
 from gpsec.localization.noise_table import NoiseTable
@@ -104,12 +105,8 @@ def update(
     segment = hint
     count = -1
     if mode == TRACKED:
-        first = lanes.first[layer, lane]
-        if not first <= hint < first + lanes.segments[layer, lane]:
-            segment = match_tracked(lanes, index, layer, lane, mean[0], mean[1], hint)
         reach = max(sqrt(root[0, 0] * root[0, 0] + root[0, 1] * root[0, 1]), root[1, 1])
-        within = distance_to(lanes, segment, mean[0], mean[1]) + 2.0 * reach + 1e-6
-        count = gather_tracked(lanes, index, layer, lane, mean[0], mean[1], within, room.near)
+        count, segment = gather_around(lanes, index, layer, lane, mean[0], mean[1], mean[2], hint, reach, room.near)
     centre = -1
     for point in range(7):
         x = mean[0]

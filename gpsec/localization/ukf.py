@@ -11,9 +11,10 @@ import numpy as np
 
 from gpsec.arrays import Floats, Ints
 from gpsec.geo import dead_reckon, wrap_angle
+from gpsec.hdmap.around import gather_around, nearest_of
 from gpsec.hdmap.arrays import MapArrays, MatchIndex
 from gpsec.hdmap.matching import offset_on
-from gpsec.hdmap.search import MIN_COS, TRACKED, distance_to, gather_tracked, match, match_tracked, nearest_of
+from gpsec.hdmap.search import MIN_COS, TRACKED, match
 from gpsec.kernels import inline
 from gpsec.localization.ekf import process_noise
 from gpsec.localization.noise_table import NoiseTable
@@ -127,14 +128,8 @@ def update(
     count = -1
     segment = hint
     if mode == TRACKED:
-        # The nearest segment to a sigma point is no further from the mean than any segment of the chain plus twice the
-        # spread, so one search around the mean serves all five.
-        first = lanes.first[layer, lane]
-        if not first <= hint < first + lanes.segments[layer, lane]:
-            segment = match_tracked(lanes, index, layer, lane, mean[0], mean[1], hint)
         reach = max(sqrt(a * a + b * b), c)
-        within = distance_to(lanes, segment, mean[0], mean[1]) + 2.0 * reach + 1e-6
-        count = gather_tracked(lanes, index, layer, lane, mean[0], mean[1], within, near)
+        count, segment = gather_around(lanes, index, layer, lane, mean[0], mean[1], heading, hint, reach, near)
     z0 = z1 = z2 = z3 = z4 = 0.0
     centre = -1
     for k in range(5):

@@ -116,5 +116,5 @@ class ClosedTracks:
 
     def last_step(self) -> Ints:
         """Return (T,) first steps after the attack, also where the vehicle left before it was over."""
-        cut = self.start_step + self.state.steps[:, ATTACK]
+        cut = self.start_step + self.state.steps[:, ATTACK] + self.state.left_out
         return np.where(self.end_step >= 0, self.end_step, cut).astype(np.int32)

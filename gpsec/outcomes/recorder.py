@@ -65,12 +65,18 @@ class Outcomes:
         self._just_closed: list[ClosedTracks] = []
 
     def observe(self, view: StepView, threads: Threads) -> None:
-        """Add one step of the tracks `view.rows`."""
+        """Add one step of the tracks `view.rows`.
+
+        Those on a lane that leads the other way are left out: they have no lane of their own to be displaced in.
+        """
         state, tracks, vehicles = self.state, view.tracks, view.vehicles
+        against = vehicles.against[tracks.vehicle[view.rows]]
+        rows, out = view.rows[~against], view.rows[against]
+        state.left_out[out] += tracks.attacked[out]
         self._origin_s = round(view.time_s - view.step * view.step_s, 6)
         threads.run(
             add_alarms,
-            view.rows,
+            rows,
             view.step,
             tracks.plan,
             tracks.settled,
@@ -88,7 +94,7 @@ class Outcomes:
         )
         threads.run(
             add_errors,
-            view.rows,
+            rows,
             view.step,
             tracks.vehicle,
             tracks.plan,
@@ -127,9 +133,9 @@ class Outcomes:
             state.detected_m,
             state.left_lane_m,
         )
-        count(view.rows, tracks.vehicle, tracks.plan, tracks.attacked, vehicles.profile, state.bin, self.histogram)
+        count(rows, tracks.vehicle, tracks.plan, tracks.attacked, vehicles.profile, state.bin, self.histogram)
         add_bands(
-            view.rows,
+            rows,
             view.step,
             self._stride,
             tracks.vehicle,

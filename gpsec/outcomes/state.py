@@ -31,6 +31,7 @@ class OutcomeState(Rows):
     Attributes:
         in_event: (M,) the track is under an attack plan and its attack has begun.
         steps: (M, 2) number of steps, of the settled life and under attack.
+        left_out: (M,) number of further steps under attack, in which nothing is scored: the lane leads the other way.
         counts: (M, K, 4) scored steps that are TP, FP, FN, TN: positive while attacked, negative otherwise.
         onsets: (M, K, 2) alarms that were raised: all, and those raised while not attacked.
         in_alarm: (M, K) in alarm after the last step (of the settled life).
@@ -51,6 +52,7 @@ class OutcomeState(Rows):
 
     in_event: Flags
     steps: Ints
+    left_out: Ints
     counts: Ints
     onsets: Ints
     in_alarm: Flags
@@ -74,6 +76,7 @@ class OutcomeState(Rows):
         return cls(
             in_event=np.zeros(m, np.bool_),
             steps=np.zeros((m, 2), np.int32),
+            left_out=np.zeros(m, np.int32),
             counts=np.zeros((m, k, 4), np.int32),
             onsets=np.zeros((m, k, 2), np.int32),
             in_alarm=np.zeros((m, k), np.bool_),

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gpsec import noise
-from gpsec.arrays import Ints
+from gpsec.arrays import Flags, Ints
 from gpsec.attacks.base import Victims
 from gpsec.attacks.deviation import note_deviation
 from gpsec.attacks.history import FixHistory
@@ -123,7 +123,9 @@ class Convoy:
             self._map.sides,
             vehicles.lane,
             vehicles.rear_m,
+            vehicles.yaw_rad,
             vehicles.segment,
+            vehicles.against,
             vehicles.lane_offset_m,
             vehicles.lane_yaw_rad,
             vehicles.curvature_per_m,
@@ -239,7 +241,7 @@ class Convoy:
             if not len(chosen):
                 continue
             vehicle = tracks.vehicle[chosen]
-            lane = vehicles.lane[vehicle]
+            left_lane, right_lane = self._lanes_beside(vehicle)
             victims = Victims(
                 rows=chosen,
                 key=vehicles.key[vehicle],
@@ -250,14 +252,20 @@ class Convoy:
                 fix_valid=seen.fix_valid[vehicle],
                 lane_yaw_rad=vehicles.lane_yaw_rad[vehicle],
                 lane_width_m=vehicles.lane_width_m[vehicle],
-                left_lane=self._map.beside(lane, left=True),
-                right_lane=self._map.beside(lane, left=False),
+                left_lane=left_lane,
+                right_lane=right_lane,
                 deviation_m=tracks.deviation_m[chosen],
                 past_fix=self._history.reader(vehicle, step, self._clock.step_s),
             )
             spoofed = plan.attack.apply(victims, self._attack_states[number - 1])
             tracks.fix_m[chosen] = spoofed.fix_m
             tracks.fix_valid[chosen] = spoofed.valid
+
+    def _lanes_beside(self, vehicle: Ints) -> tuple[Flags, Flags]:
+        """Return whether (n,) vehicle rows have a lane of either direction to their left, and to their right."""
+        lane, against = self.vehicles.lane[vehicle], self.vehicles.against[vehicle]
+        left, right = self._map.beside(lane, left=True), self._map.beside(lane, left=False)
+        return np.where(against, right, left), np.where(against, left, right)
 
     def _track(self, vehicle_row: int, plan: int) -> int:
         return next(track for track in self._tracks_of[vehicle_row] if self.tracks.plan[track] == plan)

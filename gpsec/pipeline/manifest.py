@@ -28,6 +28,7 @@ class Counts:
         vehicles: distinct vehicles of the fleet; one that goes on after a jump or a teleport counts again.
         resumed: those that went on as ``id#2``, ``id#3``, …
         vehicle_steps, track_steps: sums over the steps of vehicles of the fleet and of tracks.
+        against_steps: those vehicle steps that were left out, on a lane that leads against the vehicle.
         road_steps: sum over the steps of all vehicles in the simulation, equipped or not.
         peak_vehicles: most vehicles of the fleet at once; peak_on_road: most in the simulation, equipped or not.
         sumo_s, read_s: wall-clock seconds in SUMO's steps, and in reading them.
@@ -41,6 +42,7 @@ class Counts:
     resumed: int = 0
     vehicle_steps: int = 0
     track_steps: int = 0
+    against_steps: int = 0
     road_steps: int = 0
     peak_vehicles: int = 0
     peak_on_road: int = 0
@@ -50,14 +52,15 @@ class Counts:
     loop_s: float = 0.0
     total_s: float = 0.0
 
-    def add(self, frame: Frame, tracks: int) -> None:
-        """Count one step."""
+    def add(self, frame: Frame, tracks: int, against: int) -> None:
+        """Count one step, with the number of tracks and of vehicles whose lane leads against them."""
         self.steps += 1
         self.vehicles += len(frame.departures)
         self.resumed += sum(first_life(departure.vehicle_id) != departure.vehicle_id for departure in frame.departures)
         self.vehicle_steps += len(frame.rows)
         self.road_steps += frame.on_road
         self.track_steps += tracks
+        self.against_steps += against
         self.peak_vehicles = max(self.peak_vehicles, len(frame.rows))
         self.peak_on_road = max(self.peak_on_road, frame.on_road)
 

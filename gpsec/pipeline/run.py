@@ -183,7 +183,7 @@ class _Run:
             self.watch.start()
             convoy.step(frame)
             self._observe(frame.step, frame.time_s)
-            self.counts.add(frame, len(convoy.track_rows))
+            self.counts.add(frame, len(convoy.track_rows), int(convoy.vehicles.against[frame.rows].sum()))
             if self.first_s is None and frame.on_road:
                 self.first_s = frame.time_s
             if frame.step % 10 == 0:
@@ -254,6 +254,12 @@ class _Run:
             self._say(
                 f"no vehicle was attacked under {', '.join(idle)}: an attack begins when a vehicle has settled"
                 f" ({self.scenario.fleet.settle_s:g} s) and its window has come, or in its zone",
+                "writing tables",
+            )
+        if self.counts.against_steps:
+            self._say(
+                f"{self.counts.against_steps} of {self.counts.vehicle_steps} vehicle steps were left out: the vehicle's"
+                " lane leads the other way there (it overtakes on an oncoming lane, or is turning round)",
                 "writing tables",
             )
         if self.counts.resumed:

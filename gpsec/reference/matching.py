@@ -1,6 +1,6 @@
 """Map matching by shapely: the nearest lane segment, and the signed offset from it (Eqs 2-6)."""
 
-from math import cos, inf
+from math import cos, inf, sin
 
 import numpy as np
 import shapely
@@ -44,10 +44,10 @@ class Road:
             offset = hd_map.lanes.first[layer, 0]
             self._open_start[begin] = hd_map.lanes.open_start[offset + begin]
             self._open_end[ends] = hd_map.lanes.open_end[offset + ends]
-        direction = self._end_m - self._start_m
-        direction /= np.hypot(direction[:, :1], direction[:, 1:])
-        line_start = self._start_m - _EXTENSION_M * direction * self._open_start[:, None]
-        line_end = self._end_m + _EXTENSION_M * direction * self._open_end[:, None]
+        way_m = self._end_m - self._start_m
+        self._direction: Floats = way_m / np.hypot(way_m[:, :1], way_m[:, 1:])
+        line_start = self._start_m - _EXTENSION_M * self._direction * self._open_start[:, None]
+        line_end = self._end_m + _EXTENSION_M * self._direction * self._open_end[:, None]
         self._lines = shapely.linestrings(np.stack([line_start, line_end], axis=1))
         self._trees: dict[int, tuple[shapely.STRtree, Ints]] = {}
 
@@ -70,7 +70,7 @@ class Road:
 
     def _beside(self, x_m: float, y_m: float, heading_rad: float, lane: int) -> tuple[float, float, int] | None:
         point = shapely.Point(x_m, y_m)
-        segment = self._on_chain(point, lane) if self.tracked else self._nearest(point, heading_rad)
+        segment = self._on_chain(point, heading_rad, lane) if self.tracked else self._nearest(point, heading_rad)
         if segment is None:
             return None
         turn = self._yaw(segment, point) - heading_rad
@@ -82,11 +82,14 @@ class Road:
         distance = float(shapely.distance(self._lines[segment], point))
         return (distance if left else -distance) / cosine, turn, segment
 
-    def _on_chain(self, point: shapely.Point, lane: int) -> int:
-        tree, segments = self._tree(lane)
-        _, distance = tree.query_nearest(point, return_distance=True)
-        near = tree.query(point, predicate="dwithin", distance=float(distance[0]) + TIE_M)
-        return int(segments[near].min())
+    def _on_chain(self, point: shapely.Point, heading_rad: float, lane: int) -> int | None:
+        """Return the nearest segment of a chain that leads the vehicle's way."""
+        _, segments = self._tree(lane)
+        ahead = segments[self._direction[segments] @ (cos(heading_rad), sin(heading_rad)) >= 0.0]
+        if not len(ahead):
+            return None
+        distance = shapely.distance(self._lines[ahead], point)
+        return int(ahead[distance <= distance.min() + TIE_M].min())
 
     def _nearest(self, point: shapely.Point, heading_rad: float) -> int | None:
         tree, _ = self._tree(-1)

@@ -15,6 +15,19 @@ from gpsec.hdmap.search import MIN_COS, MODES, NEAREST, TRACKED
 
 from .nets import BEND, THREE_LANES, TWO_WAY, arc, match, segment_line
 
+# What `locate` reads and writes, in the order in which it takes them.
+TRUTH = (
+    "lane",
+    "rear_m",
+    "yaw_rad",
+    "segment",
+    "against",
+    "lane_offset_m",
+    "lane_yaw_rad",
+    "curvature_per_m",
+    "lane_width_m",
+    "marked",
+)
 REACH_M = 100.0  # the documented reach of a chain
 NEAR_M = 64.0  # within four cells of 16 m, nearest matching finds everything
 
@@ -84,9 +97,11 @@ class Brute:
         runs = [np.arange(first[i], first[i] + count[i]) for i in sorted(self.map.lane_index[name] for name in lanes)]
         return np.concatenate(runs)
 
-    def tracked(self, layer: int, lane: str, point: shapely.Point) -> float:
-        """Distance to the chain."""
-        return float(shapely.distance(self.drawn_out[self.segments(layer, self.chains[lane])], point).min())
+    def tracked(self, layer: int, lane: str, point: shapely.Point, heading: float) -> float:
+        """Distance to what leads the way of the heading in the chain, infinite where nothing does."""
+        chain = self.segments(layer, self.chains[lane])
+        leads = self.map.lanes.dx[chain] * cos(heading) + self.map.lanes.dy[chain] * sin(heading) >= 0.0
+        return float(shapely.distance(self.drawn_out[chain[leads]], point).min(initial=np.inf))
 
     def nearest(self, layer: int, point: shapely.Point, heading: float) -> float:
         """Distance to the nearest segment whose direction at its nearest point is within the gate."""
@@ -131,7 +146,7 @@ def put(hd_map: HDMap, place) -> tuple[str, float, float, float, int]:
 def test_tracked_is_the_nearest_of_the_chain(hd_map, brute, place):
     lane, x, y, heading, layer = put(hd_map, place)
     segment, offset = match(hd_map, TRACKED, lane, x, y, heading, layer)
-    expected = brute.tracked(layer, lane, shapely.Point(x, y))
+    expected = brute.tracked(layer, lane, shapely.Point(x, y), heading)
     if segment < 0:  # heading and lane are more than 60° apart
         assert offset == 0.0
         return
@@ -306,6 +321,12 @@ def test_a_sparse_map_of_a_curve_misses_by_the_chord_error(plain_net, left, radi
         assert residual(circle, TRACKED, "ab_0", x, y, heading, 0, -1)[1] == pytest.approx(0.0, abs=1e-4)
 
 
+def place(hd_map, vehicles) -> None:
+    """Place every row of `vehicles` on the true lanes."""
+    rows = np.arange(vehicles.capacity, dtype=np.int32)
+    locate(rows, hd_map.lanes, hd_map.index, hd_map.sides, *(getattr(vehicles, name) for name in TRUTH))
+
+
 @pytest.mark.parametrize("left", [True, False])
 def test_truth_on_a_circle(plain_net, left):
     """Lane direction, curvature and offset of rear axles beside a circle of known radius."""
@@ -316,9 +337,8 @@ def test_truth_on_a_circle(plain_net, left):
     vehicles = Vehicles.empty(12)
     vehicles.lane[:] = 0
     vehicles.rear_m[:] = np.stack([out * np.sin(angle), side * (radius - out * np.cos(angle))], axis=1)
-    names = ("lane", "rear_m", "segment", "lane_offset_m", "lane_yaw_rad", "curvature_per_m", "lane_width_m", "marked")
-    rows = np.arange(12, dtype=np.int32)
-    locate(rows, circle.lanes, circle.index, circle.sides, *(getattr(vehicles, name) for name in names))
+    vehicles.yaw_rad[:] = side * angle
+    place(circle, vehicles)
     assert vehicles.lane_offset_m == pytest.approx(offset, abs=1e-4)
     assert vehicles.lane_yaw_rad == pytest.approx(side * angle, abs=1e-4)
     assert vehicles.curvature_per_m == pytest.approx(np.full(12, side / radius), rel=1e-3)
@@ -332,9 +352,7 @@ def test_nothing_is_marked_while_one_end_of_the_vehicle_is_inside_a_junction(ben
     vehicles = Vehicles.empty(3)
     vehicles.lane[:] = [bend.lane_index[name] for name in ("ab_0", inside, "ab_0")]
     vehicles.rear_m[:] = [[entry - 9.0, -1.6], [entry - 2.0, -1.6], [entry + 1.0, -1.6]]
-    names = ("lane", "rear_m", "segment", "lane_offset_m", "lane_yaw_rad", "curvature_per_m", "lane_width_m", "marked")
-    rows = np.arange(3, dtype=np.int32)
-    locate(rows, bend.lanes, bend.index, bend.sides, *(getattr(vehicles, name) for name in names))
+    place(bend, vehicles)
     assert vehicles.marked.tolist() == [True, False, False]
 
 

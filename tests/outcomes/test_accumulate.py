@@ -323,3 +323,42 @@ def test_a_row_that_is_reset_remembers_nothing():
     for name in OutcomeState.__dataclass_fields__:
         np.testing.assert_array_equal(getattr(state, name), getattr(blank, name))
     assert Tracks.empty(1).plan[0] == 0
+
+
+def test_a_lane_that_leads_the_other_way_is_left_out_of_everything():
+    scene = Scene()
+    play(scene, 0, "--")
+    scene.fork(0, 1, plan=1, step=2)
+    play(scene, 1, "--", first_step=2)
+    scene.vehicles.against[0] = True
+    scene.estimate_m[1] = 9.0, -9.0
+    play(scene, 1, "AAA", first_step=4)
+    assert scene.state.detection_step[1, 0] == -1
+    scene.vehicles.against[0] = False
+    scene.estimate_m[1] = 0.0, 0.3
+    play(scene, 1, "-A-", first_step=7)
+    state = scene.state
+    np.testing.assert_array_equal(state.steps[1], [2 + 2 + 3, 2 + 3])
+    np.testing.assert_array_equal(state.counts[1, 0], [1, 0, 4, 2])
+    np.testing.assert_array_equal(state.onsets[1, 0], [1, 0])
+    assert state.detection_step[1, 0] == 8
+    assert state.max_cross_m[1, 0, ATTACK] == pytest.approx(0.3)
+    assert (state.first_step[1] == -1).all()
+    # The vehicle leaves while attacked: the attack has lasted for all of its steps.
+    scene.close(1, "v")
+    np.testing.assert_array_equal(scene.outcomes.tracks().last_step(), [2 + 2 + 3 + 3])
+
+
+def test_an_attack_that_begins_on_the_oncoming_lane_counts_from_where_it_is_left():
+    scene = Scene()
+    scene.estimate_m[0] = 0.0, 5.0
+    play(scene, 0, "-A")  # off the road already without an attack
+    scene.fork(0, 1, plan=1, step=2)
+    scene.vehicles.against[0] = True
+    play(scene, 1, "AA", first_step=2)
+    scene.vehicles.against[0] = False
+    scene.estimate_m[1] = 0.0, 0.0
+    play(scene, 1, "A", first_step=4)
+    assert scene.state.in_alarm_at_start[1, 0]
+    assert scene.state.detection_step[1, 0] == 4
+    assert (scene.state.first_step[1, 0] == -1).all()
