@@ -1,6 +1,7 @@
 """How a loop over rows becomes machine code. numba takes long to import, so the first kernel that is called does it."""
 
 import hashlib
+import json
 import os
 import sys
 from collections.abc import Callable, Iterable, Iterator
@@ -10,52 +11,13 @@ from typing import Any, Generic, ParamSpec, TypeVar, cast
 
 import numpy as np
 
-from gpsec.errors import GpsecError
+from gpsec import caches
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
-# Layers above those that have kernels: what is in them cannot be compiled into one, since nothing below imports them.
-ABOVE = frozenset(
-    ["cli", "console", "engine", "opendrive", "paper", "pipeline", "reference", "report", "run", "scenario", "training"]
-)
 # Where processes that only compile note which kernels are taken; None where kernels are run.
 _claims: Path | None = None
-
-
-def cache_folder() -> Path:
-    """Return where gpsec keeps what it can compute again: ``$GPSEC_CACHE``, or ``~/.cache/gpsec``."""
-    named = os.environ.get("GPSEC_CACHE")
-    try:
-        folder = Path(named) if named else Path.home() / ".cache" / "gpsec"
-        folder.mkdir(parents=True, exist_ok=True)
-        usable = os.access(folder, os.W_OK | os.X_OK)
-    except (OSError, RuntimeError):  # no folder, or a user without a home
-        usable = False
-    if not usable:
-        where = f"GPSEC_CACHE={named}" if named else "~/.cache/gpsec"
-        raise GpsecError(f"{where}: expected a folder that can be written; name another one in GPSEC_CACHE")
-    return folder.absolute()
-
-
-@cache
-def _code_folder() -> Path:
-    """Return where machine code is kept, by the content of the package but for the layers above its kernels.
-
-    numba itself looks only at the file of a kernel, not at those of the helpers that are compiled into it.
-    """
-    named = os.environ.get("NUMBA_CACHE_DIR")
-    if named:
-        return Path(named)
-    digest = hashlib.sha256()
-    package = Path(__file__).parent
-    for module in sorted(package.rglob("*.py")):
-        name = module.relative_to(package)
-        if name.parts[0].removesuffix(".py") in ABOVE:
-            continue
-        digest.update(name.as_posix().encode())
-        digest.update(module.read_bytes())
-    return cache_folder() / "kernels" / digest.hexdigest()[:16]
 
 
 class Compiled(Generic[P, R]):
@@ -88,7 +50,12 @@ class Compiled(Generic[P, R]):
     @cached_property
     def dispatcher(self) -> Any:
         """What numba makes of the function for Python to call."""
-        return _numba().njit(cache=self._keep, no_cfunc_wrapper=True, **self._options)(self._function)
+        made = _numba().njit(no_cfunc_wrapper=True, **self._options)(self._function)
+        if self._keep:
+            from gpsec.machinecode import keep
+
+            keep(made)
+        return made
 
     @cached_property
     def part(self) -> Any:
@@ -113,12 +80,11 @@ def _flags(values: Iterable[Any]) -> Iterator[np.ndarray]:
 
 @cache
 def _numba() -> Any:
-    """Return numba, told where to keep machine code and that a `Compiled` is code of its own."""
+    """Return numba, told that a `Compiled` is code of its own."""
     import numba
     from numba.core import event, types
     from numba.extending import typeof_impl
 
-    numba.config.CACHE_DIR = str(_code_folder())
     typeof_impl.register(Compiled)(lambda function, context: types.Dispatcher(function.part))
     event.register("numba:compile", _compiling())
     return numba
@@ -147,9 +113,40 @@ def load() -> None:
 
 
 def are_compiled() -> bool:
-    """Return whether machine code of this version is kept already."""
-    folder = _code_folder()
-    return folder.is_dir() and any(folder.rglob("*.nbi"))
+    """Return whether all that a rehearsal has compiled of this code, for this machine, is kept and will be loaded.
+
+    Raises:
+        GpsecError: there is no cache, or it is not safe.
+    """
+    noted = caches.read(caches.rehearsal_file(_machine()))
+    if noted is None:
+        return False
+    folder = caches.kernels_folder()
+    return all(caches.read(folder / name) is not None for name in json.loads(noted))
+
+
+def kept() -> list[str]:
+    """Return what this process has written or read of machine code, for `note_rehearsal`."""
+    if "gpsec.machinecode" not in sys.modules:
+        return []
+    from gpsec.machinecode import entries
+
+    return sorted(path.relative_to(caches.kernels_folder()).as_posix() for path in entries)
+
+
+def note_rehearsal(names: Iterable[str]) -> None:
+    """Note what all processes of a rehearsal have `kept`, for `are_compiled`."""
+    caches.write(caches.rehearsal_file(_machine()), json.dumps(sorted(set(names))).encode())
+
+
+@cache
+def _machine() -> str:
+    """Return what numba asks of kept code to fit: Python and the processor. This does not import numba."""
+    from llvmlite import binding
+
+    name = os.environ.get("NUMBA_CPU_NAME") or binding.get_host_cpu_name()
+    features = os.environ.get("NUMBA_CPU_FEATURES") or binding.get_host_cpu_features().flatten()
+    return f"{sys.implementation.cache_tag} {binding.get_process_triple()} {name} {features}"
 
 
 def compile_seconds() -> float:

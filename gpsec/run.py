@@ -15,7 +15,6 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 from gpsec.errors import GpsecError, MachineError
-from gpsec.kernels import cache_folder
 from gpsec.pipes import PeerGoneError, receive, send
 from gpsec.processes import end_with_parent, ended_early, ignore_interrupts, redirect_output, start
 from gpsec.progress import DONE, FAILED, Progress
@@ -230,16 +229,9 @@ def _result(run: Run, scenario: Scenario, folder: Path, tell: Report) -> object:
     except PeerGoneError:
         raise
     except Exception as error:
-        if _in_kernel_cache(error):
-            return Failure(scenario.name, f"{cache_folder()}: expected kernels that can be loaded; delete this folder")
         said = f"fault in gpsec ({type(error).__name__}: {error})"
         return Failure(scenario.name, said, traceback.format_exc(), MachineError)
     return True
-
-
-def _in_kernel_cache(error: Exception) -> bool:
-    """Return whether it was raised while a compiled kernel was loaded from the disk."""
-    return any(frame.filename.endswith("numba/core/caching.py") for frame in traceback.extract_tb(error.__traceback__))
 
 
 class _Teller:

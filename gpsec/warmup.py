@@ -8,8 +8,9 @@ from collections.abc import Callable, Sequence
 from multiprocessing import get_context
 from pathlib import Path
 
+from gpsec.caches import can_keep, kernels_folder
 from gpsec.errors import GpsecError
-from gpsec.kernels import are_compiled, only_compile
+from gpsec.kernels import are_compiled, kept, note_rehearsal, only_compile
 from gpsec.processes import ignore_interrupts, redirect_output, start
 from gpsec.progress import Progress
 from gpsec.scenario import Scenario
@@ -17,6 +18,8 @@ from gpsec.threads import cores
 
 # With more of them, the largest kernel takes as long as all others together.
 _MOST_PROCESSES = 4
+# Where a process says what it has compiled or found.
+_KEPT = ".kept"
 
 
 def compile_kernels(scenarios: Sequence[Scenario], work: Path, report: Callable[[Progress], None]) -> None:
@@ -24,9 +27,16 @@ def compile_kernels(scenarios: Sequence[Scenario], work: Path, report: Callable[
 
     Whatever goes wrong is left to the runs, which compile what they do not find. `work` is an existing folder for
     files in the making.
+
+    Raises:
+        GpsecError: there is no cache, or it is not safe.
     """
     batched = [scenario for scenario in scenarios if scenario.engine == "batched"]
     if not batched or are_compiled():
+        return
+    if not can_keep(kernels_folder()):
+        note = f"{kernels_folder()} lacks kernels and cannot be written, so every scenario compiles its own"
+        report(Progress(batched[0].name, note=note))
         return
     note = "kernels are compiled once, which takes up to half a minute"
     report(Progress(batched[0].name, stage="compiling kernels", note=note))
@@ -49,6 +59,9 @@ def compile_kernels(scenarios: Sequence[Scenario], work: Path, report: Callable[
                 if process.pid is not None:
                     process.kill()
                     process.join()
+    lists = [path.read_text("utf-8").splitlines() for path in work.glob(f".rehearsal-*/{_KEPT}")]
+    if len(lists) == len(processes):
+        note_rehearsal(name for names in lists for name in names)
 
 
 def _rehearse(scenarios: Sequence[Scenario], folder: Path, claims: Path) -> None:
@@ -65,4 +78,5 @@ def _rehearse(scenarios: Sequence[Scenario], folder: Path, claims: Path) -> None
             rehearse(scenario, tables)
         except GpsecError:
             continue
+        (folder / _KEPT).write_text("\n".join(kept()), "utf-8")
         return

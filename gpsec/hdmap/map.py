@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import tempfile
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from gpsec import __version__
+from gpsec import caches
 from gpsec.arrays import Flags, Floats
 from gpsec.geo import Projector
 from gpsec.hdmap.arrays import LaneSides, MapArrays, MatchIndex
@@ -18,7 +17,6 @@ from gpsec.hdmap.index import build_index
 from gpsec.hdmap.net import Lane, read_net
 from gpsec.hdmap.polyline import Polyline, measure, resample
 from gpsec.hdmap.sides import lane_sides
-from gpsec.kernels import cache_folder
 
 _MEANING = "net.json"
 
@@ -76,17 +74,17 @@ class HDMap:
 def load_map(net_file: Path, spacings_m: tuple[float, ...], cache: Path | None = None) -> HDMap:
     """Return the map of a net, compiled now or read from the cache.
 
-    A compiled map lies in a folder named by the content of the net, the spacings and the code that compiled it; big
-    nets load by memory map. The cache is `cache`, or `gpsec.kernels.cache_folder`.
+    A compiled map lies in a folder named by the content of the net, the spacings and the code that compiled it, with
+    digests of its files; big nets load by memory map. The cache is `cache`, or `gpsec.caches.cache_folder`.
 
     Raises:
-        GpsecError: the net cannot be used (see `read_net`).
+        GpsecError: the net cannot be used (see `read_net`), or the cache cannot.
 
     """
     spacings = tuple(sorted(set(spacings_m)))
     if not net_file.is_file():
         read_net(net_file)  # says what is wrong
-    folder = (cache or cache_folder()) / "maps" / _key(net_file, spacings)
+    folder = caches.map_folder(_key(net_file, spacings), cache)
     found = _load(folder, net_file)
     if found is None:
         found = compile_map(net_file, spacings)
@@ -145,18 +143,13 @@ def _arrays(lanes: list[Lane], layers: list[list[Polyline]]) -> MapArrays:
 
 
 def _key(net_file: Path, spacings_m: tuple[float, ...]) -> str:
-    digest = hashlib.sha256(f"{__version__} {spacings_m}".encode())
-    for module in sorted(Path(__file__).parent.glob("*.py")):
-        digest.update(module.read_bytes())
+    digest = hashlib.sha256(f"{spacings_m}".encode())
     digest.update(net_file.read_bytes())
-    return digest.hexdigest()[:32]
+    return digest.hexdigest()
 
 
 def _save(hd_map: HDMap, folder: Path) -> None:
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=folder.parent) as name:
-        part = Path(name) / "map"
-        part.mkdir()
+    with caches.new_folder(folder) as part:
         for group in (hd_map.lanes, hd_map.index, hd_map.sides):
             for field, array in group._asdict().items():
                 np.save(part / f"{type(group).__name__}.{field}.npy", array)
@@ -168,13 +161,11 @@ def _save(hd_map: HDMap, folder: Path) -> None:
             "spacings_m": hd_map.spacings_m,
         }
         (part / _MEANING).write_text(json.dumps(meaning))
-        if folder.exists():  # damaged
-            folder.rename(Path(name) / "damaged")
-        part.rename(folder)  # fails where another process was first
 
 
 def _load(folder: Path, net_file: Path) -> HDMap | None:
-    if not (folder / _MEANING).is_file():
+    """Return the map that is kept in a folder; None where there is none, or it is damaged."""
+    if not caches.is_whole(folder):
         return None
     try:
         meaning = json.loads((folder / _MEANING).read_text())
@@ -187,8 +178,8 @@ def _load(folder: Path, net_file: Path) -> HDMap | None:
             Projector(meaning["projection"], tuple(meaning["offset_m"]), str(net_file)),
             tuple(meaning["spacings_m"]),
         )
-    except (OSError, ValueError, KeyError, TypeError, EOFError):
-        return None  # a damaged cache is compiled again
+    except OSError:
+        return None  # another process takes it away
 
 
 def _read(folder: Path, group: str, fields: tuple[str, ...]) -> list[Any]:

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from gpsec.errors import GpsecError
-from gpsec.kernels import ABOVE
 from gpsec.scenario import Scenario
 from gpsec.scenario.traffic import sumo_options
+from gpsec.sources import ABOVE
 from gpsec.traffic.input_files import input_files
 
 # Settings that change what a run costs, and nothing in its tables.

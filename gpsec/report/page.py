@@ -3,9 +3,7 @@
 import base64
 import gzip
 import json
-from contextlib import suppress
 from functools import cache
-from importlib.metadata import version
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -13,7 +11,8 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 from markupsafe import Markup
 
-from gpsec.kernels import cache_folder
+from gpsec.caches import plotly_file, read
+from gpsec.caches import write as keep
 from gpsec.outcomes.tables import whole
 
 _ASSETS = files("gpsec.report") / "assets"
@@ -70,13 +69,12 @@ def _asset(name: str) -> Markup:
 
 def _plotly() -> str:
     """Return Plotly's script, packed. That takes a second, so it is kept."""
-    kept = cache_folder() / f"plotly-{version('plotly')}.packed"
-    try:
-        return kept.read_text("ascii")
-    except OSError:
-        from plotly.offline import get_plotlyjs
+    kept = plotly_file()
+    found = read(kept)
+    if found is not None:
+        return found.decode("ascii")
+    from plotly.offline import get_plotlyjs
 
-        text = packed(get_plotlyjs(), 9)
-        with suppress(OSError), whole(kept) as partial:
-            partial.write_text(text, "ascii")
-        return text
+    text = packed(get_plotlyjs(), 9)
+    keep(kept, text.encode("ascii"))
+    return text

@@ -97,6 +97,19 @@ def test_cache_that_is_no_folder(here: Path, grid: str, place: str) -> None:
     assert sorted(path.name for path in here.iterdir()) == ["cache", "s"]
 
 
+@pytest.mark.parametrize("variable", ["GPSEC_CACHE", "NUMBA_CACHE_DIR"])
+def test_cache_that_others_can_write(here: Path, grid: str, variable: str) -> None:
+    lay_out(here, grid, Case(()))
+    (here / "cache").mkdir()
+    (here / "cache").chmod(0o777)
+    status, said = gpsec("run", "s", **{"GPSEC_CACHE": str(here / "own"), variable: str(here / "cache")})
+    assert status == 2
+    (line,) = said
+    assert line.startswith(f"gpsec: error: {variable}={here / 'cache'}: expected a folder that only you and root can ")
+    assert line.endswith(f"(chown, chmod go-w) or name another one in {variable}")
+    assert f"others can write {here / 'cache'} (mode 777)" in line
+
+
 @pytest.mark.parametrize("arguments", [("list", "attacks"), ("--help",)])
 def test_reader_that_has_had_enough(arguments: tuple[str, ...]) -> None:
     process = subprocess.Popen([*GPSEC, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE)

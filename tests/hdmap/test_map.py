@@ -5,10 +5,10 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
+from gpsec.caches import cache_folder
 from gpsec.errors import GpsecError
 from gpsec.hdmap import map as module
 from gpsec.hdmap.map import HDMap, compile_map, load_map
-from gpsec.kernels import cache_folder
 
 from .nets import BEND, arc, net_text
 
@@ -127,6 +127,7 @@ DAMAGES = {
     "names of another kind": ("net.json", b"[]"),
     "names without a key": ("net.json", b'{"lane_ids": []}'),
     "names not text": ("net.json", b"\xff\xfe\x00"),
+    "digests missing": ("SHA256SUMS", None),
 }
 
 
@@ -139,6 +140,19 @@ def test_a_damaged_cache_is_compiled_again(bend, tmp_path, compiled, damage):
         path.unlink()
     else:
         path.write_bytes(path.read_bytes()[:change] if isinstance(change, int) else change)
+    assert_equal(load_map(bend, (5.0,), tmp_path), expected)
+    assert len(compiled) == 2
+
+
+@pytest.mark.parametrize("name", ["MapArrays.x0_m.npy", "MatchIndex.grid_chunk.npy", "net.json", "SHA256SUMS"])
+def test_one_flipped_bit_is_mended(bend, tmp_path, compiled, name):
+    expected = load_map(bend, (5.0,), tmp_path)
+    (path,) = tmp_path.rglob(name)
+    content = bytearray(path.read_bytes())
+    content[-9] ^= 4  # within a number, or a name
+    path.write_bytes(content)
+    assert_equal(load_map(bend, (5.0,), tmp_path), expected)
+    assert len(compiled) == 2
     assert_equal(load_map(bend, (5.0,), tmp_path), expected)
     assert len(compiled) == 2
 

@@ -9,7 +9,7 @@ import pytest
 
 from gpsec.outcomes.digests import table_digests
 from gpsec.report.make import write_report
-from gpsec.report.page import unpacked
+from gpsec.report.page import _plotly, unpacked
 from gpsec.results import load
 
 from .conftest import EVIL, write_run
@@ -167,3 +167,14 @@ def test_tables_that_were_changed_by_hand_are_named(run_folder, tmp_path):
     (folder / "map.geojson").unlink()
     page = " ".join(write_report(load(folder)).read_text().split())
     assert f"{said}: safety.csv (changed); map.geojson (missing)." in page
+
+
+def test_a_damaged_plotly_in_the_cache_is_packed_again(tmp_path, monkeypatch):
+    monkeypatch.setenv("GPSEC_CACHE", str(tmp_path))
+    first = _plotly()
+    (kept,) = tmp_path.glob("plotly-*")
+    whole = kept.read_bytes()
+    for damaged in (whole[: len(whole) // 2], whole[:5000] + bytes([whole[5000] ^ 1]) + whole[5001:], b""):
+        kept.write_bytes(damaged)
+        assert _plotly() == first
+        assert kept.read_bytes() == whole

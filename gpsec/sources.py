@@ -1,0 +1,90 @@
+"""Which sources a kept result depends on: those of the layer that makes it, and of all that this layer may import."""
+
+import hashlib
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+
+_PACKAGE = Path(__file__).parent
+# Layers that start runs, join the stages or read tables, and what is for files of other kinds.
+ABOVE = frozenset(
+    [
+        "cli",
+        "console",
+        "report",
+        "results",
+        "paper",
+        "run",
+        "warmup",
+        "training",
+        "pipeline",
+        "reference",
+        "engine",
+        "scenario",
+        "opendrive",
+        "demand",
+    ]
+)
+STAGES = frozenset(["traffic", "sensors", "attacks", "detection", "localization", "outcomes"])
+# As the import contracts in pyproject.toml have it, from the top: a layer imports those of the ranks below its own, and
+# itself. What is not here is a basic, which all may import.
+RANKS = (ABOVE, STAGES, frozenset(["hdmap"]), frozenset(["fleet", "noise", "geo", "threads"]))
+
+
+def owner(module: str) -> str:
+    """Return what owns a module: a layer, such as ``gpsec.detection``, or the package of somebody else."""
+    return ".".join(module.split(".")[: 2 if module.startswith("gpsec.") else 1])
+
+
+def covered(layer: str) -> list[str]:
+    """Return the modules and packages directly in gpsec that `layer` may import, and itself.
+
+    For a package of somebody else, that is all but the layers above the stages.
+    """
+    own = layer.removeprefix("gpsec.") if layer.startswith("gpsec.") else ""
+    found = {path.stem for path in _PACKAGE.iterdir() if path.suffix == ".py" or (path / "__init__.py").is_file()}
+    basics = {name for name in found if _rank(name) == len(RANKS)}
+    return sorted(basics | {name for name in found if name == own or _rank(name) > (_rank(own) if own else 0)})
+
+
+def _rank(name: str) -> int:
+    return next((number for number, layers in enumerate(RANKS) if name in layers), len(RANKS))
+
+
+@cache
+def digest(layer: str) -> str | None:
+    """Return the SHA-256, in hexadecimal, of all sources that what is compiled in `layer` can depend on.
+
+    The layer is one that `owner` gives. Where its sources lie makes no difference. None: they cannot be found, as those
+    of a script.
+    """
+    total = hashlib.sha256()
+    for name in covered(layer):
+        total.update(_digest_of(_PACKAGE / name))
+    if not layer.startswith("gpsec."):
+        places = _places(layer)
+        if not places:
+            return None
+        for place in places:
+            total.update(_digest_of(place))
+    return total.hexdigest()
+
+
+def _places(package: str) -> list[Path]:
+    """Return the folders of a package, or its only file without the suffix."""
+    spec = find_spec(package) if package.isidentifier() and not package.startswith("__") else None
+    if spec is None:
+        return []
+    if spec.submodule_search_locations:
+        return [Path(folder) for folder in spec.submodule_search_locations]
+    return [Path(spec.origin).with_suffix("")] if spec.origin and spec.origin.endswith(".py") else []
+
+
+@cache
+def _digest_of(place: Path) -> bytes:
+    """Return the digest of all sources of a package, or of the module of that name."""
+    total = hashlib.sha256()
+    for path in sorted(place.rglob("*.py")) if place.is_dir() else [place.with_suffix(".py")]:
+        total.update(path.relative_to(place.parent).as_posix().encode() + b"\0")
+        total.update(hashlib.sha256(path.read_bytes()).digest())
+    return total.digest()

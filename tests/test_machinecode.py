@@ -1,0 +1,183 @@
+"""Machine code is loaded where its sources are the same, wherever they lie, and only where it is whole."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import gpsec
+from gpsec import caches, kernels
+
+# Prints what the kernel gives, and how often it was found in the cache and not found.
+CALL = """
+import json, sys
+import numpy as np
+from plug.loops import fill
+out = np.zeros(1)
+fill(out)
+stats = fill.dispatcher.stats
+print(json.dumps([out[0], sum(stats.cache_hits.values()), sum(stats.cache_misses.values())]))
+"""
+LOOPS = """
+from gpsec.kernels import kernel
+from plug.helper import step
+
+@kernel
+def fill(out):
+    for i in range(len(out)):
+        out[i] = step(2.0)
+"""
+HELPER = """
+from gpsec.kernels import inline
+
+@inline
+def step(value):
+    return {factor} * value
+"""
+GPSEC = """
+import json
+import numpy as np
+from gpsec import noise
+from gpsec.attacks.base import unit_vectors
+noise.uniforms(np.ones(3, np.uint64), 1, 0)
+unit_vectors(np.zeros(3))
+print(json.dumps([sum(kernel.dispatcher.stats.cache_misses.values()) for kernel in (noise.uniforms, unit_vectors)]))
+"""
+
+
+class Place:
+    """A package with a kernel and a helper, and the caches that it is run with."""
+
+    def __init__(self, folder: Path, cache: Path) -> None:
+        self.folder = folder
+        self.environment = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA")}
+        self.environment |= {"GPSEC_CACHE": str(cache)}
+
+    def lay_out(self, factor: float = 2.0) -> None:
+        plug = self.folder / "plug"
+        plug.mkdir(parents=True, exist_ok=True)
+        (plug / "__init__.py").touch()
+        (plug / "loops.py").write_text(LOOPS)
+        (plug / "helper.py").write_text(HELPER.format(factor=factor))
+
+    def run(self, code: str = CALL, **environment: str) -> list[float]:
+        path = os.pathsep.join([str(self.folder), *sys.path])
+        done = subprocess.run(
+            [sys.executable, "-B", "-c", code],
+            cwd=self.folder,
+            env={**self.environment, "PYTHONPATH": path, **environment},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 0, done.stderr
+        return json.loads(done.stdout)
+
+
+@pytest.fixture
+def place(tmp_path: Path) -> Place:
+    made = Place(tmp_path / "here", tmp_path / "cache")
+    made.lay_out()
+    return made
+
+
+@pytest.mark.parametrize("numba", [False, True])
+def test_an_edited_helper_is_compiled_again(place: Place, tmp_path: Path, numba: bool) -> None:
+    environment = {"NUMBA_CACHE_DIR": str(tmp_path / "numba")} if numba else {}
+    assert place.run(**environment) == [4.0, 0, 1]
+    place.lay_out(factor=200.0)
+    assert place.run(**environment) == [400.0, 0, 1]
+    kept = {path.relative_to(tmp_path).parts[0] for path in tmp_path.rglob("*.nbc")}
+    assert kept == {"numba" if numba else "cache"}
+
+
+def test_another_install_of_the_same_sources_loads_what_is_there(place: Place, tmp_path: Path) -> None:
+    assert place.run() == [4.0, 0, 1]
+    other = Place(tmp_path / "other" / "place", tmp_path / "cache")
+    other.lay_out()
+    assert other.run() == [4.0, 1, 0]
+
+
+def test_another_install_of_gpsec_compiles_only_the_layer_that_was_edited(tmp_path: Path) -> None:
+    copies = [Place(tmp_path / name, tmp_path / "cache") for name in ("one", "two", "edited")]
+    for copy in copies:
+        ignored = shutil.ignore_patterns("models", "__pycache__")
+        shutil.copytree(Path(gpsec.__file__).parent, copy.folder / "gpsec", ignore=ignored)
+    with (tmp_path / "edited" / "gpsec" / "attacks" / "drift.py").open("a") as file:
+        file.write("# edited\n")
+    assert [copy.run(GPSEC) for copy in copies] == [[1, 1], [0, 0], [0, 1]]
+
+
+def test_a_damaged_entry_is_compiled_again(place: Place, tmp_path: Path) -> None:
+    assert place.run() == [4.0, 0, 1]
+    (entry,) = tmp_path.rglob("*.nbc")
+    whole = entry.read_bytes()
+    for damaged in (whole[:-1], whole[:-99] + bytes([whole[-99] ^ 8]) + whole[-98:]):
+        entry.write_bytes(damaged)
+        assert place.run() == [4.0, 0, 1]
+    assert place.run() == [4.0, 1, 0]
+
+
+def test_an_entry_that_somebody_else_could_write_is_not_even_unpickled(place: Place, tmp_path: Path) -> None:
+    assert place.run() == [4.0, 0, 1]
+    (entry,) = tmp_path.rglob("*.nbc")
+    caches.write(entry, b"cbuiltins\nexit\n(I7\ntR.")  # a pickle that ends the process that reads it
+    entry.chmod(0o666)
+    assert place.run() == [4.0, 0, 1]
+
+
+def test_an_entry_is_for_one_set_of_processor_features(place: Place) -> None:
+    assert place.run(NUMBA_CPU_NAME="generic") == [4.0, 0, 1]
+    assert place.run() == [4.0, 0, 1]
+    assert place.run(NUMBA_CPU_NAME="generic") == [4.0, 1, 0]
+
+
+def test_a_cache_that_cannot_be_written_costs_compiling_only(place: Place, tmp_path: Path) -> None:
+    (tmp_path / "cache").mkdir()
+    (tmp_path / "cache" / "kernels").touch()
+    assert place.run() == [4.0, 0, 1]
+
+
+@pytest.fixture
+def noted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An entry of a rehearsal."""
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    monkeypatch.setenv("GPSEC_CACHE", str(tmp_path))
+    folder = caches.kernel_folder("gpsec.noise")
+    assert folder is not None
+    caches.write(folder / "entry.nbc", b"content")
+    assert not kernels.are_compiled()
+    kernels.note_rehearsal([f"{folder.name}/entry.nbc"])
+    assert kernels.are_compiled()
+    return folder / "entry.nbc"
+
+
+def test_kernels_are_compiled_where_all_that_was_noted_will_be_loaded(noted: Path) -> None:
+    whole = noted.read_bytes()
+    noted.write_bytes(whole[:-1])
+    assert not kernels.are_compiled()
+    noted.write_bytes(whole)
+    assert kernels.are_compiled()
+    noted.unlink()
+    assert not kernels.are_compiled()
+
+
+def test_kernels_of_another_processor_are_not_compiled(noted: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    kernels._machine.cache_clear()
+    monkeypatch.setenv("NUMBA_CPU_NAME", "another")
+    assert not kernels.are_compiled()
+    monkeypatch.undo()
+    kernels._machine.cache_clear()
+
+
+def test_what_another_install_compiled_in_numba_s_way_does_not_count(tmp_path, monkeypatch) -> None:
+    monkeypatch.setenv("GPSEC_CACHE", str(tmp_path))
+    folder = caches.kernel_folder("gpsec.noise")
+    assert folder is not None
+    (folder / "gpsec_0123").mkdir(parents=True)
+    (folder / "gpsec_0123" / "noise.uniforms-80.py311.nbi").touch()
+    assert not kernels.are_compiled()
