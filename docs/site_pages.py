@@ -14,6 +14,7 @@ ELSEWHERE = {
     "results.md": "results/README.md",
     "scenarios.md": "scenarios/README.md",
     "contributing.md": "CONTRIBUTING.md",
+    "security.md": "SECURITY.md",
     "changelog.md": "CHANGELOG.md",
 }
 _PAGE_OF = {source: page for page, source in ELSEWHERE.items()}

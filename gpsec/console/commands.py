@@ -180,9 +180,10 @@ def report_(
         Path | None,
         typer.Option("--out", metavar="FILE", help="The page. [default: RUN/report.html, OTHER/comparison.html]"),
     ] = None,
-    traces: Annotated[
-        bool, typer.Option("--traces/--no-traces", help="Simulate the vehicles that it shows again, if not logged.")
-    ] = True,
+    again: Annotated[
+        bool,
+        typer.Option("--again", help="Simulate the vehicles that it shows again, if not logged: runs RUN's scenario."),
+    ] = False,
     geojson: Annotated[
         bool,
         typer.Option("--geojson", help="Also write RUN/places.geojson, for QGIS: the map and what happened where."),
@@ -193,13 +194,13 @@ def report_(
     \b
     Examples:
       gpsec report results/town
-      gpsec report results/town --no-traces --geojson
+      gpsec report results/town --again --geojson
       gpsec report results/before results/after
     """  # noqa: D301
     from gpsec.console.reporting import compare, report
 
     if other is None:
-        report(run, out, traces=traces, geojson=geojson)
+        report(run, out, again=again, geojson=geojson)
     else:
         compare(run, other, out)
 

@@ -18,8 +18,10 @@ from gpsec.report.traces import rows_of
 from gpsec.results import Results, load
 
 
-def report(folder: Path, out: Path | None, *, traces: bool, geojson: bool) -> None:
+def report(folder: Path, out: Path | None, *, again: bool, geojson: bool) -> None:
     """Write the report of the run in `folder`, and what else is asked for.
+
+    SUMO is run on what the manifest names only with `again`: the run may be somebody else's.
 
     Raises:
         GpsecError: it is no run, or nothing can be written there.
@@ -27,7 +29,7 @@ def report(folder: Path, out: Path | None, *, traces: bool, geojson: bool) -> No
     run = _loaded(folder)
     stories = choose(run)
     steps: Steps = logged_steps(run, stories)
-    if traces:
+    if again:
         try:
             steps = _completed(run, steps, [(story.scenario, story.vehicle_id) for story in stories])
         except GpsecError as error:

@@ -17,8 +17,9 @@ BEFORE_S, AFTER_S = 10.0, 20.0
 _MOST_POINTS = 400
 
 NOT_LOGGED = (
-    "The steps of these vehicles were not logged. `gpsec report` simulates them again, `gpsec trace` does it for any"
-    " vehicle, and `gpsec run --log-steps` keeps all steps."
+    "The steps of these vehicles were not logged. `gpsec report RUN --again` runs SUMO once more on the scenario that"
+    " the run names, and draws them; `gpsec trace RUN VEHICLE` does it for any vehicle, and `gpsec run --log-steps`"
+    " keeps all steps."
 )
 
 

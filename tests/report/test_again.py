@@ -4,6 +4,7 @@ import pandas as pd
 import pytest
 
 from gpsec import cli
+from gpsec.console import reporting
 from gpsec.errors import GpsecError
 from gpsec.pipeline.run import run_scenario
 from gpsec.report.again import simulate
@@ -12,7 +13,7 @@ from gpsec.results import load
 from gpsec.scenario import load_scenario
 from gpsec.scenario.overrides import parse_set
 
-from .conftest import EVIL
+from .conftest import EVIL, write_run
 
 CHANGES = (
     "duration_s=40",
@@ -123,3 +124,19 @@ def test_a_report_from_the_command_line(run_folder, tmp_path, capsys: pytest.Cap
     assert capsys.readouterr().out.splitlines() == [str(tmp_path / "page.html"), str(run_folder / "places.geojson")]
     assert cli.main(["report", str(tmp_path)]) == 2
     assert "found no manifest.json in it" in capsys.readouterr().err
+
+
+def test_a_report_runs_sumo_only_when_asked(tmp_path, monkeypatch, capsys: pytest.CaptureFixture[str]):
+    folder = write_run(tmp_path / "received", log=False)
+    asked = []
+
+    def noted(run, wanted, tell):
+        asked.append(dict(wanted))
+        raise GpsecError("not here")
+
+    monkeypatch.setattr(reporting, "simulate", noted)
+    assert cli.main(["report", str(folder)]) == 0
+    assert asked == []
+    assert cli.main(["report", str(folder), "--again"]) == 0
+    assert [list(wanted) for wanted in asked] == [["lane"]]
+    assert "gpsec: no traces: not here" in capsys.readouterr().err

@@ -134,6 +134,7 @@ def test_traces_that_are_not_known_are_said_to_be(tmp_path):
     figure = data["figures"]["trace_path"]
     assert figure["series"] == []
     assert "gpsec trace" in figure["whyEmpty"]
+    assert "gpsec report RUN --again" in figure["whyEmpty"]
 
 
 def test_a_run_that_was_interrupted_says_so(run_folder, tmp_path):
