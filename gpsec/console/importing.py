@@ -9,8 +9,9 @@ from gpsec.console.terminal import messages
 from gpsec.detection.models import thresholds_for
 from gpsec.errors import GpsecError
 from gpsec.opendrive.check import Check, Figures
-from gpsec.opendrive.importing import NET_SUFFIX, Imported, import_map
+from gpsec.opendrive.importing import Imported, import_map
 from gpsec.opendrive.lanes import NARROWEST_M
+from gpsec.opendrive.netfile import NET_SUFFIX
 from gpsec.sensors.profiles import residual_sigma_m
 from gpsec.sensors.registry import PROFILES
 

@@ -8,14 +8,15 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from gpsec.errors import GpsecError, shown
+from gpsec.netconvert import Converted
 from gpsec.opendrive.check import CHECK_SPACING_M, Check, Figures, check_lanes
 from gpsec.opendrive.georeference import set_georeference
 from gpsec.opendrive.lanes import IMPORTED, centre_lines
 from gpsec.opendrive.lefthand import keeps_left, mirror_map, mirror_net
 from gpsec.opendrive.mend import describe_net, mend_net
 from gpsec.opendrive.names import rename, restore
-from gpsec.opendrive.netconvert import Converted, convert
-from gpsec.opendrive.netfile import net_lanes
+from gpsec.opendrive.netconvert import convert_map
+from gpsec.opendrive.netfile import NET_SUFFIX, net_lanes, outputs
 from gpsec.opendrive.offset import turn_map
 from gpsec.opendrive.read import parse, roads
 from gpsec.opendrive.report import draw, write_csv
@@ -24,8 +25,6 @@ from gpsec.opendrive.road import Road
 from gpsec.opendrive.simplify import simplify
 from gpsec.opendrive.source import NO_LIMIT_MPS, spell_out_speeds
 from gpsec.opendrive.tidy import give_extent, thin_out
-
-NET_SUFFIX = ".net.xml"
 
 
 @dataclass(frozen=True)
@@ -51,26 +50,6 @@ class Imported:
     notes: tuple[str, ...]
 
 
-def outputs(out: Path, overwrite: bool) -> tuple[Path, Path, Path]:
-    """Return the net, the CSV and the picture that an import into `out` writes.
-
-    Raises:
-        GpsecError: they cannot be written there, or exist and may not be replaced.
-    """
-    if not out.name.endswith(NET_SUFFIX) or out.name == NET_SUFFIX:
-        raise GpsecError(f"{out}: expected a name that ends in {NET_SUFFIX} for the net")
-    stem = out.name.removesuffix(NET_SUFFIX)
-    files = out, out.with_name(f"{stem}.check.csv"), out.with_name(f"{stem}.check.png")
-    if not out.parent.is_dir():
-        raise GpsecError(f"{out}: cannot be written, there is no folder {out.parent}")
-    for path in files:
-        if path.is_dir():
-            raise GpsecError(f"{path}: cannot be written, it is a folder")
-        if path.exists() and not overwrite:
-            raise GpsecError(f"{path}: exists; give --overwrite to replace it, or choose another --out")
-    return files
-
-
 def import_map(
     map_file: Path,
     out: Path,
@@ -93,7 +72,7 @@ def import_map(
     Raises:
         GpsecError: the map or a file cannot be used. Nothing is left behind then.
     """
-    files = outputs(out, overwrite)
+    files = outputs(out, (NET_SUFFIX, ".check.csv", ".check.png"), overwrite)
     tell("reading the map")
     root = parse(map_file)
     map_roads = roads(root, map_file)
@@ -137,7 +116,8 @@ def import_map(
                 path.replace(target)
     except OSError as error:
         raise GpsecError(f"{out}: cannot be written: {error.strerror or error}") from None
-    return Imported(*files, len(lanes), raw, check, tuple(mended), tuple(notes))
+    net_file, table, picture = files
+    return Imported(net_file, table, picture, len(lanes), raw, check, tuple(mended), tuple(notes))
 
 
 def _prepare(root: Element, map_roads: list[Road], origin_deg: tuple[float, float] | None) -> list[str]:
@@ -162,7 +142,7 @@ def _net(root: Element, work: Path, map_file: Path, left_hand: bool) -> tuple[Co
     """
     source, target = work / "map.xodr", work / f"raw{NET_SUFFIX}"
     ElementTree.ElementTree(root).write(source, encoding="utf-8", xml_declaration=True)
-    said = convert(source, target, map_file)
+    said = convert_map(source, target, map_file)
     net = ElementTree.fromstring(thin_out(give_extent(target.read_text(encoding="utf-8"))).encode())
     if left_hand:
         mirror_net(net)
@@ -172,15 +152,7 @@ def _net(root: Element, work: Path, map_file: Path, left_hand: bool) -> tuple[Co
 
 
 def _notes(said: Converted, map_roads: list[Road], left_hand: bool, left_alone: int) -> list[str]:
-    notes = []
-    if said.ignored:
-        notes.append(
-            f"errors that netconvert had to ignore: {len(said.ignored)}, such as: {'; '.join(said.ignored[:2])}"
-        )
-    if said.without:
-        notes.append(f"netconvert does not bear this map with {', '.join(said.without)}, and was run without")
-    if said.warnings:
-        notes.append(f"warnings of netconvert: {len(said.warnings)}, such as: {said.warnings[0]}")
+    notes = said.notes()
     if others := sum(road.left_hand != left_hand for road in map_roads):
         notes.append(f"roads that keep to the other side than most, where a net has one side: {others}")
     if left_alone:

@@ -1,12 +1,15 @@
-"""The lanes of a SUMO net, with the OpenDRIVE lane that each was made from."""
+"""A SUMO net: the file, and its lanes, with the OpenDRIVE lane that each was made from."""
 
 from dataclasses import dataclass
+from pathlib import Path
 from xml.etree.ElementTree import Element
 
 import numpy as np
 
 from gpsec.arrays import Floats
+from gpsec.errors import GpsecError
 
+NET_SUFFIX = ".net.xml"
 ORIGINAL = "origId"
 
 
@@ -66,3 +69,22 @@ def _lane(lane: Element, internal: bool) -> NetLane:
 def points(shape: str) -> Floats:
     """Return the (n, 2) points of a shape as SUMO writes it, with or without heights."""
     return np.array([[float(value) for value in corner.split(",")[:2]] for corner in shape.split()]).reshape(-1, 2)
+
+
+def outputs(net_file: Path, suffixes: tuple[str, ...], overwrite: bool) -> list[Path]:
+    """Return the files that an import writes: the net's name with each suffix instead of its own.
+
+    Raises:
+        GpsecError: they cannot be written there, or exist and may not be replaced.
+    """
+    if not net_file.name.endswith(NET_SUFFIX) or net_file.name == NET_SUFFIX:
+        raise GpsecError(f"{net_file}: expected a name that ends in {NET_SUFFIX} for the net")
+    if not net_file.parent.is_dir():
+        raise GpsecError(f"{net_file}: cannot be written, there is no folder {net_file.parent}")
+    files = [net_file.with_name(net_file.name.removesuffix(NET_SUFFIX) + suffix) for suffix in suffixes]
+    for path in files:
+        if path.is_dir():
+            raise GpsecError(f"{path}: cannot be written, it is a folder")
+        if path.exists() and not overwrite:
+            raise GpsecError(f"{path}: exists; give --overwrite to replace it, or choose another --out")
+    return files

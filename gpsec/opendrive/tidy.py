@@ -23,6 +23,7 @@ def give_extent(text: str) -> str:
     """
     root = ElementTree.fromstring(text.encode("utf-8"))
     shapes = {lane.get("id", ""): _points(lane.get("shape", "")) for lane in root.iter("lane")}
+    drawn: dict[str, str] = {}
     for connection in root.iter("connection"):
         via = connection.get("via")
         if via is None or _length(shapes[via]) > LANE_WITHOUT_EXTENT_M:
@@ -31,10 +32,16 @@ def give_extent(text: str) -> str:
         after = shapes[f"{connection.get('to')}_{connection.get('toLane')}"]
         x, y = after[0]
         dx, dy = after[1][0] - before[-2][0], after[1][1] - before[-2][1]
-        half = 0.5 * SHORTEST_LANE_M / math.hypot(dx, dy)
-        shape = f"{x - dx * half:.4f},{y - dy * half:.4f} {x + dx * half:.4f},{y + dy * half:.4f}"
-        text = re.sub(rf'(<lane id="{re.escape(via)}" [^>]*shape=")[^"]*"', rf'\g<1>{shape}"', text, count=1)
-    return text
+        if not (dx or dy):  # a turn back to where one came from
+            dx, dy = after[1][0] - x, after[1][1] - y
+        half = 0.5 * SHORTEST_LANE_M / (math.hypot(dx, dy) or 1.0)
+        drawn[via] = f"{x - dx * half:.4f},{y - dy * half:.4f} {x + dx * half:.4f},{y + dy * half:.4f}"
+
+    def redrawn(match: re.Match[str]) -> str:
+        shape = drawn.get(match[2])
+        return match[0] if shape is None else f'{match[1]}{match[2]}{match[3]}{shape}"'
+
+    return re.sub(r'(<lane id=")([^"]*)("[^>]*shape=")[^"]*"', redrawn, text)
 
 
 def thin_out(text: str) -> str:

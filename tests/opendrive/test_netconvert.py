@@ -6,8 +6,8 @@ import pytest
 
 from gpsec import cli, sumotools
 from gpsec.errors import GpsecError, MachineError
-from gpsec.opendrive import netconvert
-from gpsec.opendrive.netconvert import convert
+from gpsec.netconvert import Converted
+from gpsec.opendrive.netconvert import convert_map
 from gpsec.sumotools import Limits
 
 from .maps import LINE, TWO_WAY, document, road, write
@@ -27,8 +27,8 @@ def faked(folder: Path, monkeypatch: pytest.MonkeyPatch, script: str) -> None:
     monkeypatch.setattr(sumotools, "program", lambda name: program)
 
 
-def converted(folder: Path, text: str, limits: Limits | None = None) -> netconvert.Converted:
-    return convert(write(folder, text), folder / "net.xml", Path("town.xodr"), limits)
+def converted(folder: Path, text: str, limits: Limits | None = None) -> Converted:
+    return convert_map(write(folder, text), folder / "net.xml", Path("town.xodr"), limits)
 
 
 def test_memory_is_bounded(tmp_path: Path) -> None:
