@@ -74,12 +74,15 @@ def everybody(departure: Departure) -> bool:
 def main() -> None:
     """Record the traffic of a configuration."""
     from gpsec.hdmap.map import load_map
+    from gpsec.traffic.recordingfile import on_net, save_recording
     from gpsec.traffic.remote import RemoteSession
 
     sumocfg, seconds, target = sys.argv[1:]
     options = resolve_options(Path(sumocfg), seed=1)
-    with RemoteSession(options, load_map(options.net_file, ()).lane_index, everybody) as session:
-        record(session, float(seconds)).save(Path(target))
+    hd_map = load_map(options.net_file, ())
+    with RemoteSession(options, hd_map.lane_index, everybody) as session:
+        recording = record(session, float(seconds))
+    save_recording(recording, Path(target), on_net(options.net_file, len(hd_map.lane_ids)))
 
 
 if __name__ == "__main__":

@@ -27,7 +27,8 @@ def main() -> None:
     from gpsec.progress import Progress
     from gpsec.scenario import load_scenario
     from gpsec.scenario.overrides import parse_set
-    from gpsec.traffic.recording import Recording
+    from gpsec.scenario.traffic import sumo_options
+    from gpsec.training.collect import recorded_traffic
 
     memory_mb: list[tuple[float, float]] = []
 
@@ -38,7 +39,7 @@ def main() -> None:
     scenario = load_scenario(options.scenario, [parse_set(text) for text in options.set])
     with tempfile.TemporaryDirectory() as folder:
         if options.recording:
-            recording = Recording.load(options.recording)
+            recording = recorded_traffic(options.recording, sumo_options(scenario).net_file)
             # Once with a few, so that no stage of the run that counts has to fetch its machine code.
             run_scenario(scenario, Path(folder), lambda progress: None, partial(Crowd, recording, FEW))
             run_scenario(scenario, Path(folder), report, partial(Crowd, recording, options.vehicles))

@@ -1,24 +1,17 @@
 """Traffic that was recorded once and is replayed, to the last bit, without SUMO."""
 
-import os
-import tempfile
-import zipfile
-import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
-from pathlib import Path
+from dataclasses import dataclass
 from time import perf_counter
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gpsec.arrays import Flags, Floats, Ints, Longs
-from gpsec.errors import GpsecError
 from gpsec.traffic.clock import step_count
 from gpsec.traffic.source import Departure, Frame, TrafficSource
 
-FORMAT = 3
 Names = NDArray[np.str_]
 
 
@@ -109,62 +102,6 @@ class Recording:
             equipped_share=float(self.equipped_share[at]) if self.has_equipped_share[at] else None,
             sensors=str(self.sensors[at]) or None,
         )
-
-    def save(self, path: Path) -> None:
-        """Write to `path` (npz, compressed, no pickle); a file that exists there is whole or as before."""
-        arrays = {field.name: getattr(self, field.name) for field in fields(self)}
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".tmp")
-        try:
-            with os.fdopen(handle, "wb") as stream:
-                np.savez_compressed(stream, format=np.array([FORMAT]), **arrays)
-            Path(name).replace(path)
-        except BaseException:
-            Path(name).unlink(missing_ok=True)
-            raise
-
-    @classmethod
-    def load(cls, path: Path) -> Self:
-        """Read what `save` wrote.
-
-        Raises:
-            GpsecError: the file is missing, broken, of another format, or does not fit together.
-        """
-        try:
-            with np.load(path, allow_pickle=False) as archive:
-                stored = {name: archive[name] for name in archive.files}
-        except FileNotFoundError:
-            raise GpsecError(f"{path}: recording not found") from None
-        except (OSError, ValueError, TypeError, EOFError, AttributeError, zipfile.BadZipFile, zlib.error) as error:
-            raise GpsecError(f"{path}: expected a recording (npz), found a broken file: {error}") from None
-        found = stored.pop("format", np.array([0])).tolist()
-        if found != [FORMAT]:
-            raise GpsecError(f"{path}: expected a recording of format {FORMAT}, found {found}")
-        names = {field.name for field in fields(cls)}
-        if names != set(stored):
-            wrong = ", ".join(sorted(names ^ set(stored)))
-            raise GpsecError(f"{path}: a recording has other arrays than expected: {wrong}")
-        recording = cls(**stored)
-        recording._check(path)
-        return recording
-
-    def _check(self, path: Path) -> None:
-        """Refuse arrays that do not fit together."""
-        frames = (self.step, self.time_s, self.on_road)
-        vehicles = (self.rows, self.front_m, self.lane)
-        entered = [getattr(self, field.name) for field in fields(self)[11:-3]]
-        carriers = (self.spoofer_plan, self.spoofer_m)
-        sizes = (
-            (self.start, vehicles),
-            (self.left_start, (self.left,)),
-            (self.departure_start, entered),
-            (self.spoofer_start, carriers),
-        )
-        whole = self.front_m.ndim == self.spoofer_m.ndim == 2 and all(len(array) == len(self.step) for array in frames)
-        for start, arrays in sizes:
-            whole = whole and len(start) == len(self.step) + 1 and start[0] == 0 and bool((np.diff(start) >= 0).all())
-            whole = whole and all(len(array) == start[-1] for array in arrays)
-        if not whole:
-            raise GpsecError(f"{path}: the arrays of the recording do not fit together: record it again")
 
 
 def record(source: TrafficSource, duration_s: float | None) -> Recording:

@@ -17,15 +17,26 @@ from gpsec.sensors.sense import Sensors
 from gpsec.threads import Threads
 from gpsec.traffic.options import resolve_options
 from gpsec.traffic.recording import RecordedTraffic, Recording, record
+from gpsec.traffic.recordingfile import load_recording, on_net, save_recording
 from gpsec.traffic.session import SumoSession
 
 
 def record_traffic(sumocfg: Path, seed: int, target: Path) -> None:
     """Simulate a scenario with every road vehicle equipped, and keep the truth in the file `target`."""
     options = resolve_options(sumocfg, seed=seed)
-    lanes = load_map(options.net_file, ()).lane_index
-    with SumoSession(options, lanes, lambda departure: True) as session:
-        record(session, None).save(target)
+    hd_map = load_map(options.net_file, ())
+    with SumoSession(options, hd_map.lane_index, lambda departure: True) as session:
+        recording = record(session, None)
+    save_recording(recording, target, on_net(options.net_file, len(hd_map.lane_ids)))
+
+
+def recorded_traffic(path: Path, net_file: Path) -> Recording:
+    """Return the recording at `path`, which has to be one of the net `net_file`.
+
+    Raises:
+        GpsecError: it is not, or is damaged; see `load_recording`.
+    """
+    return load_recording(path, on_net(net_file, len(load_map(net_file, ()).lane_ids)))
 
 
 class _ResidualOnly:

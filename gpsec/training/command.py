@@ -22,8 +22,7 @@ from gpsec.errors import GpsecError, nearest
 from gpsec.sensors.registry import PROFILES
 from gpsec.threads import cores
 from gpsec.traffic.options import resolve_options
-from gpsec.traffic.recording import Recording
-from gpsec.training.collect import record_traffic, residual_log
+from gpsec.training.collect import record_traffic, recorded_traffic, residual_log
 
 # None of these is among the networks that results are reported on.
 NETWORKS = ("mountain", "suburb", "beltway")
@@ -114,7 +113,7 @@ def train_job(job: Job) -> ProfileModel:
         collected = []
         for done, (network, seed) in enumerate(runs):
             _tell(job.name, "sensing", done, len(runs))
-            recording = Recording.load(job.folder / f"{network}-{seed}.npz")
+            recording = recorded_traffic(job.folder / f"{network}-{seed}.npz", job.nets[network])
             collected.append(residual_log(recording, job.nets[network], network, profile, job.matching, seed))
         return collected
 

@@ -7,7 +7,7 @@ import pytest
 from gpsec.detection.logs import Grid, ResidualLog
 from gpsec.sensors.registry import PROFILES
 from gpsec.traffic.recording import Recording
-from gpsec.training.collect import record_traffic, residual_log
+from gpsec.training.collect import record_traffic, recorded_traffic, residual_log
 
 # Three lanes, straight; some 250 vehicles that overtake each other.
 NODES = 'id="a" x="0" y="0"\nid="b" x="1500" y="400"'
@@ -40,7 +40,7 @@ def recordings(net, tmp_path_factory) -> list[Path]:
 
 
 def log(recordings, net, profile="carla", matching="tracked", seed=3) -> ResidualLog:
-    return residual_log(Recording.load(recordings[0]), net, "road", PROFILES[profile], matching, seed)
+    return residual_log(recorded_traffic(recordings[0], net), net, "road", PROFILES[profile], matching, seed)
 
 
 def columns(one: ResidualLog) -> list[bytes]:
@@ -48,8 +48,8 @@ def columns(one: ResidualLog) -> list[bytes]:
     return [array.tobytes() for array in arrays if isinstance(array, np.ndarray)]
 
 
-def test_recorded_traffic_is_deterministic(recordings):
-    first, second = (Recording.load(file) for file in recordings)
+def test_recorded_traffic_is_deterministic(recordings, net):
+    first, second = (recorded_traffic(file, net) for file in recordings)
     assert len(first.vehicle_id) > 200
     for field in fields(Recording):
         assert getattr(first, field.name).tobytes() == getattr(second, field.name).tobytes(), field.name
@@ -96,7 +96,7 @@ def test_nearest_matching_folds_what_tracked_matching_sees(recordings, net):
 
 
 def test_vehicles_that_own_the_same_row_are_told_apart(recordings, net):
-    recording = Recording.load(recordings[0])
+    recording = recorded_traffic(recordings[0], net)
     assert len(np.unique(recording.departure_row)) < len(recording.departure_row)
     found = log(recordings, net)
     assert len(np.unique(found.vehicle)) == len(recording.departure_row)
