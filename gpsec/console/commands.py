@@ -278,6 +278,9 @@ def import_(
         str | None, typer.Option(metavar="LAT,LON", help="Where the map's origin lies. [default: what the map says]")
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace what is there.")] = False,
+    allow_loss: Annotated[
+        bool, typer.Option("--allow-loss", help="Exit status 0 also where the net is without more than 3 % of the map.")
+    ] = False,
 ) -> None:
     """Make a SUMO net of an OpenDRIVE map, and check its lanes against the map's.
 
@@ -290,7 +293,7 @@ def import_(
     """  # noqa: D301
     from gpsec.console.importing import import_ as import_map
 
-    import_map(map_file, out, origin, overwrite)
+    import_map(map_file, out, origin, overwrite, allow_loss)
 
 
 @app.command()

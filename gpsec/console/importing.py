@@ -7,8 +7,8 @@ from gpsec.console.complaint import say
 from gpsec.console.status import status
 from gpsec.console.terminal import messages
 from gpsec.detection.models import thresholds_for
-from gpsec.errors import GpsecError
-from gpsec.opendrive.check import Check, Figures
+from gpsec.errors import GpsecError, MachineError
+from gpsec.opendrive.check import MOST_LOST_SHARE, Check, Figures
 from gpsec.opendrive.importing import Imported, import_map
 from gpsec.opendrive.lanes import NARROWEST_M
 from gpsec.opendrive.netfile import NET_SUFFIX
@@ -20,11 +20,12 @@ RATE = "1e-3/sample"
 _BUSY_SHARE = 1e-3
 
 
-def import_(map_file: Path, out: Path | None, origin: str | None, overwrite: bool) -> None:
+def import_(map_file: Path, out: Path | None, origin: str | None, overwrite: bool, allow_loss: bool) -> None:
     """Import a map and print what came of it.
 
     Raises:
         GpsecError: the map, the origin or the output cannot be used.
+        MachineError: the net, which is written then, has too little of the map and `allow_loss` does not accept that.
     """
     if not map_file.is_file():
         raise GpsecError(f"{map_file}: expected an OpenDRIVE map, found no such file")
@@ -34,6 +35,11 @@ def import_(map_file: Path, out: Path | None, origin: str | None, overwrite: boo
         done = import_map(map_file, target, origin_deg=place, alarm_m=alarm_levels_m(), overwrite=overwrite, tell=tell)
     for line in verdict(done):
         say(line)
+    if done.check.incomplete and not allow_loss:
+        raise MachineError(
+            f"{map_file}: {done.check.overall.unmatched_share:.1%} of its lanes' length, more than "
+            f"{MOST_LOST_SHARE:.0%}, has no lane in {done.net}, which was written; --allow-loss accepts that"
+        )
 
 
 def parse_origin(text: str) -> tuple[float, float]:

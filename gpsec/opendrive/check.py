@@ -6,12 +6,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from gpsec.arrays import Flags, Floats
+from gpsec.errors import shown
 from gpsec.opendrive.compare import match
 from gpsec.opendrive.lanes import NARROWEST_M, CentreLine
 from gpsec.opendrive.netfile import NetLane
 
 # Not that of the new shapes, whose points would be compared with themselves.
 CHECK_SPACING_M = 0.9
+MOST_LOST_SHARE = 0.03
+"""Of the map's lane length, that a net may be without."""
+# A lane with less than this share of its points beside a lane of the net is lost.
+_LEAST_MATCHED_SHARE = 0.5
 
 
 @dataclass(frozen=True)
@@ -45,6 +50,7 @@ class Check:
         across_m: of each lane, (n,) distances at its points, nan where nothing was compared.
         over_share: by sensor profile, the share of points at which the distance alone would raise an alarm.
         alarm_m: by sensor profile, the steady residual that raises an alarm.
+        lost: names of the map's lanes that the net has not, or less than half of.
     """
 
     lines: list[CentreLine]
@@ -54,6 +60,12 @@ class Check:
     across_m: list[Floats]
     over_share: dict[str, float]
     alarm_m: dict[str, float]
+    lost: tuple[str, ...]
+
+    @property
+    def incomplete(self) -> bool:
+        """Whether the net is without more of the map than is to be expected at junctions."""
+        return self.overall.unmatched_share > MOST_LOST_SHARE
 
 
 def check_lanes(lines: list[CentreLine], lanes: list[NetLane], alarm_m: Mapping[str, float]) -> Check:
@@ -70,18 +82,29 @@ def check_lanes(lines: list[CentreLine], lanes: list[NetLane], alarm_m: Mapping[
     matched = found.matched & wide
     across = np.where(matched, found.across_m, np.nan)
     distance = np.abs(found.across_m[matched])
+    by_lane = [
+        _figures(*piece)
+        for piece in zip(*(np.split(values, ends) for values in (found.across_m, matched, wide)), strict=True)
+    ]
     return Check(
         lines,
-        [
-            _figures(*piece)
-            for piece in zip(*(np.split(values, ends) for values in (found.across_m, matched, wide)), strict=True)
-        ],
+        by_lane,
         _figures(found.across_m, matched, wide),
         float(1.0 - wide.mean()),
         np.split(across, ends),
         {name: float((distance > level).mean()) if len(distance) else 0.0 for name, level in alarm_m.items()},
         dict(alarm_m),
+        tuple(_name(line) for line, figures in zip(lines, by_lane, strict=True) if _is_lost(figures)),
     )
+
+
+def _is_lost(figures: Figures) -> bool:
+    return figures.points > 1 and figures.unmatched_share > 1.0 - _LEAST_MATCHED_SHARE
+
+
+def _name(line: CentreLine) -> str:
+    begin, end = line.station_m.min(), line.station_m.max()
+    return f"lane {line.lane_id} of road '{shown(line.road_id)}' (s={begin:.0f} to {end:.0f} m)"
 
 
 def _figures(across: Floats, matched: Flags, wide: Flags) -> Figures:

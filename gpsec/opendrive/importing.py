@@ -11,19 +11,22 @@ from gpsec.errors import GpsecError, shown
 from gpsec.netconvert import Converted
 from gpsec.opendrive.check import CHECK_SPACING_M, Check, Figures, check_lanes
 from gpsec.opendrive.georeference import set_georeference
-from gpsec.opendrive.lanes import IMPORTED, centre_lines
+from gpsec.opendrive.lanes import IMPORTED, centre_lines, check_lines
 from gpsec.opendrive.lefthand import keeps_left, mirror_map, mirror_net
+from gpsec.opendrive.lengths import DIFFERS_SHARE, differing
 from gpsec.opendrive.mend import describe_net, mend_net
 from gpsec.opendrive.names import rename, restore
 from gpsec.opendrive.netconvert import convert_map
-from gpsec.opendrive.netfile import NET_SUFFIX, net_lanes, outputs
+from gpsec.opendrive.netfile import NET_SUFFIX, NetLane, net_lanes, outputs
 from gpsec.opendrive.offset import turn_map
 from gpsec.opendrive.read import parse, roads
 from gpsec.opendrive.report import draw, write_csv
 from gpsec.opendrive.reshape import SPACING_M, reshape
 from gpsec.opendrive.road import Road
+from gpsec.opendrive.sections import order_lanes
 from gpsec.opendrive.simplify import simplify
 from gpsec.opendrive.source import NO_LIMIT_MPS, spell_out_speeds
+from gpsec.opendrive.spelling import leave_out_reversed, named, spell_out
 from gpsec.opendrive.tidy import give_extent, thin_out
 
 
@@ -75,6 +78,7 @@ def import_map(
     files = outputs(out, (NET_SUFFIX, ".check.csv", ".check.png"), overwrite)
     tell("reading the map")
     root = parse(map_file)
+    spelt = spell_out(root)
     map_roads = roads(root, map_file)
     turned = turn_map(root, map_file)
     if turned:
@@ -82,7 +86,9 @@ def import_map(
     lines = list(centre_lines(map_roads, CHECK_SPACING_M))
     if not lines:
         raise GpsecError(f"{map_file}: expected at least one lane that traffic drives on, found none")
-    mended = [*([turned] if turned else []), *_prepare(root, map_roads, origin_deg)]
+    check_lines(lines, map_file)
+    mended = [*spelt, *([turned] if turned else []), *leave_out_reversed(map_roads)]
+    mended += _prepare(root, map_roads, origin_deg)
     names = rename(root)
     for written, name in list(names.items())[:1]:
         what = "names of roads and junctions that SUMO does not take, written otherwise in the net"
@@ -91,6 +97,7 @@ def import_map(
     if left_hand:
         mirror_map(root)
         mended.append("traffic keeps left, which netconvert does not read: it saw the map in a mirror")
+    order_lanes(root)
     try:
         with tempfile.TemporaryDirectory(prefix=".gpsec-import-", dir=out.parent) as name:
             work = Path(name)
@@ -106,6 +113,7 @@ def import_map(
             lanes = net_lanes(net)
             check = check_lanes(lines, lanes, alarm_m)
             notes = [*_notes(said, map_roads, left_hand, reshaped.left_alone), *describe_net(net)]
+            notes += _faults(check, lanes)
             tell("writing")
             made = [work / f"made{suffix}" for suffix in (NET_SUFFIX, ".csv", ".png")]
             ElementTree.indent(net, "    ")
@@ -122,7 +130,7 @@ def import_map(
 
 def _prepare(root: Element, map_roads: list[Road], origin_deg: tuple[float, float] | None) -> list[str]:
     """Mend the map before netconvert sees it; return what was done."""
-    speeds = spell_out_speeds(root, map_roads)
+    speeds = spell_out_speeds(map_roads)
     said = [
         (speeds.from_road, "limits of roads, which netconvert does not read, given to lanes"),
         (speeds.not_positive, "limits of 0 or less, left out"),
@@ -149,6 +157,14 @@ def _net(root: Element, work: Path, map_file: Path, left_hand: bool) -> tuple[Co
     if not any(not lane.internal for lane in net_lanes(net)):
         raise GpsecError(f"{map_file}: netconvert makes a net of it that has no lane for cars")
     return said, net
+
+
+def _faults(check: Check, lanes: list[NetLane]) -> list[str]:
+    said = [
+        named("lanes of the map that the net has not, or less than half of", check.lost),
+        named(f"lanes whose shape and length differ by more than {DIFFERS_SHARE:.0%}", differing(lanes)),
+    ]
+    return [sentence for sentence in said if sentence]
 
 
 def _notes(said: Converted, map_roads: list[Road], left_hand: bool, left_alone: int) -> list[str]:

@@ -2,11 +2,16 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from gpsec.arrays import Floats
-from gpsec.opendrive.road import LaneSection, Road
+from gpsec.errors import GpsecError, shown
+from gpsec.opendrive.numbers import FARTHEST_M, LONGEST_M, WIDEST_M
+from gpsec.opendrive.polylines import stations
+from gpsec.opendrive.road import Lane, LaneSection, Road
 
 # Lanes that traffic drives on; parking, stopping, cycling, walking and the rest are none.
 DRIVEN = frozenset(
@@ -31,6 +36,8 @@ IMPORTED = DRIVEN | {"stop", "parking"}
 # A lane that is just opening or closing has no place for a vehicle, and netconvert leaves it out.
 NARROWEST_M = 1.8
 _BEFORE_END_M = 1e-7
+# As share of the reference line's length; points are taken as they are where a lane is as long as that.
+_SAME_LENGTH = 0.02
 
 
 @dataclass(frozen=True)
@@ -60,50 +67,89 @@ class CentreLine:
 
 
 def centre_lines(roads: list[Road], spacing_m: float, kinds: frozenset[str] = DRIVEN) -> Iterator[CentreLine]:
-    """Yield the centre line of every lane of these kinds, with points at most `spacing_m` apart along the road."""
+    """Yield the centre line of every lane of these kinds, with points about `spacing_m` apart along it or closer."""
     for road in roads:
         for number, section in enumerate(road.sections):
-            yield from _of_section(road, number, section, spacing_m, kinds)
+            if any(lane.kind in kinds for lane in section.lanes):
+                for side in (1, -1):
+                    yield from _of_side(road, number, side, spacing_m, kinds)
 
 
-def _of_section(
-    road: Road, number: int, section: LaneSection, spacing_m: float, kinds: frozenset[str]
-) -> Iterator[CentreLine]:
-    if not any(lane.kind in kinds for lane in section.lanes):
-        return
+def _of_side(road: Road, number: int, side: int, spacing_m: float, kinds: frozenset[str]) -> Iterator[CentreLine]:
+    section = road.sections[number]
     pieces = max(1, int(np.ceil((section.end_m - section.begin_m) / spacing_m)))
     # What is written at the end of the section is the beginning of the next one.
     station = np.minimum(np.linspace(section.begin_m, section.end_m, pieces + 1), section.end_m - _BEFORE_END_M)
-    points, heading = road.reference(station)
-    across = np.cos(road.superelevation.at(station))
-    left = np.stack([-np.sin(heading), np.cos(heading)], axis=1)
-    for side in (1, -1):
-        centre_lane = inner = road.lane_offset.at(station)
-        lanes = [lane for lane in section.lanes if lane.lane_id * side > 0]
-        ahead = (side < 0) != road.left_hand
+    for place, lane in enumerate(_centres(road, section, side, station)):
+        if lane.of.kind not in kinds:
+            continue
+        along, here = _evenly(station, lane.points_m, spacing_m), lane
+        if along is not station:
+            here = list(_centres(road, section, side, along))[place]
+        ahead = ((side < 0) != road.left_hand) != lane.of.reversed
         order = slice(None) if ahead else slice(None, None, -1)
-        for lane in sorted(lanes, key=lambda lane: abs(lane.lane_id)):
-            distance = station - section.begin_m
-            if lane.width is not None:
-                width = lane.width.at(distance)
-            else:
-                width = side * (centre_lane + lane.border.at(distance) - inner)
-            width = np.maximum(width, 0.0)
-            centre = points + ((inner + 0.5 * side * width) * across)[:, None] * left
-            inner = inner + side * width
-            if lane.kind in kinds:
-                yield CentreLine(
-                    road.road_id,
-                    number,
-                    lane.lane_id,
-                    lane.kind,
-                    station[order],
-                    centre[order],
-                    _directions(centre[order]),
-                    width[order],
-                    number + (1 if ahead else -1),
-                    lane.behind if ahead else lane.before,
-                )
+        yield CentreLine(
+            road.road_id,
+            number,
+            lane.of.lane_id,
+            lane.of.kind,
+            along[order],
+            here.points_m[order],
+            _directions(here.points_m[order]),
+            here.width_m[order],
+            number + (1 if ahead else -1),
+            lane.of.behind if ahead else lane.of.before,
+        )
+
+
+class _Centre(NamedTuple):
+    """Centre (n, 2) and width (n,) of a lane at n stations."""
+
+    of: Lane
+    points_m: Floats
+    width_m: Floats
+
+
+def _centres(road: Road, section: LaneSection, side: int, station: Floats) -> Iterator[_Centre]:
+    """Yield the lanes of one side from the centre lane outwards, at (n,) stations of the road."""
+    points, heading = road.reference(station)
+    left = np.stack([-np.sin(heading), np.cos(heading)], axis=1)
+    tilt = np.cos(road.superelevation.at(station))
+    inner = road.lane_offset.at(station) * tilt
+    lanes = [lane for lane in section.lanes if lane.lane_id * side > 0]
+    for lane in sorted(lanes, key=lambda lane: abs(lane.lane_id)):
+        width = np.maximum(lane.width.at(station - section.begin_m), 0.0)
+        across = side * (width if lane.level else width * tilt)
+        yield _Centre(lane, points + (inner + 0.5 * across)[:, None] * left, width)
+        inner = inner + across
+
+
+def _evenly(station: Floats, points: Floats, spacing_m: float) -> Floats:
+    """Return stations at which points lie at most `spacing_m` apart; the same ones where they already do.
+
+    On the outer side of a tight curve a lane is many times as long as the reference line, on the inner side shorter.
+    """
+    way = stations(points)
+    stretch = np.diff(way) / np.maximum(np.diff(station), _BEFORE_END_M)
+    if not 0.0 < way[-1] <= LONGEST_M or np.abs(stretch - 1.0).max() < _SAME_LENGTH:
+        return station
+    pieces = max(1, int(np.ceil(way[-1] / spacing_m)))
+    even: Floats = np.interp(np.linspace(0.0, way[-1], pieces + 1), way, station)
+    return even
+
+
+def check_lines(lines: list[CentreLine], map_file: Path) -> None:
+    """Check that lanes are where roads can be, and as wide as one can be.
+
+    Raises:
+        GpsecError: one is not; it is named.
+    """
+    for line in lines:
+        where = f"{map_file}: road '{shown(line.road_id)}': lane {line.lane_id} at s={line.station_m.min():g}"
+        if not np.abs(line.points_m).max() <= FARTHEST_M or not stations(line.points_m)[-1] <= LONGEST_M:
+            raise GpsecError(f"{where}: expected a place on the Earth and at most {LONGEST_M:g} m of way")
+        if not line.width_m.max() <= WIDEST_M:
+            raise GpsecError(f"{where}: expected a width of at most {WIDEST_M:g} m, found {line.width_m.max():g}")
 
 
 def _directions(points: Floats) -> Floats:

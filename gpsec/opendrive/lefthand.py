@@ -18,8 +18,6 @@ _MIRRORED = {
     "paramPoly3": ("aV", "bV", "cV", "dV"),
     "laneOffset": ("a", "b", "c", "d"),
     "superelevation": ("a", "b", "c", "d"),
-    "border": ("a", "b", "c", "d"),
-    "signal": ("t",),
 }
 _OTHER_SIDE = {"left": "right", "right": "left"}
 _OTHER_TURN = {"l": "r", "r": "l", "L": "R", "R": "L"}

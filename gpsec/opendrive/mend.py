@@ -1,12 +1,14 @@
 """What is mended in a finished net, and what is only said of it."""
 
+import itertools
 from xml.etree.ElementTree import Element
 
 import numpy as np
 
+from gpsec.arrays import Floats
 from gpsec.errors import shown
-from gpsec.opendrive.netfile import NetLane, net_lanes
-from gpsec.opendrive.polylines import stations
+from gpsec.opendrive.netfile import NetLane, by_edge, net_lanes
+from gpsec.opendrive.polylines import at_stations, stations
 
 DEFAULT_SPEED_MPS = 50.0 / 3.6
 # A van or a truck is up to 2.55 m wide, a small car 1.65 m.
@@ -31,12 +33,34 @@ def describe_net(root: Element) -> list[str]:
         said.append(
             f"lanes narrower than {NARROW_M:g} m: {len(narrow)}; '{shown(named.lane_id)}' is {named.width_m:.2f} m wide"
         )
+    if crossed := _crossed(lanes, left_hand=root.get("lefthand") in ("true", "1")):
+        said.append(f"edges whose lanes do not lie in SUMO's order: {len(crossed)}, such as '{shown(crossed[0])}'")
     shares = _parts(root, lanes)
     if len(shares) > 1:
         said.append(
             f"parts of the net that no road joins: {len(shares)}; the largest has {shares[0]:.0%} of the lane length"
         )
     return said
+
+
+def _crossed(lanes: list[NetLane], *, left_hand: bool) -> list[str]:
+    """Return the edges outside junctions whose lanes are not counted from the side of the road to its centre."""
+    inwards = -1.0 if left_hand else 1.0
+    drawn = [lane for lane in lanes if not lane.internal and len(lane.points_m) > 1]
+    found = []
+    for edge, indices in by_edge(drawn).items():
+        middles = [_about_middle(drawn[index]) for index in indices]
+        for outer, inner in itertools.pairwise(middles):
+            ahead, across = outer[2] - outer[0], inner[1] - outer[1]
+            if inwards * (ahead[0] * across[1] - ahead[1] * across[0]) < 0.0:
+                found.append(edge)
+                break
+    return found
+
+
+def _about_middle(lane: NetLane) -> Floats:
+    """Return (3, 2) points before, in and behind the middle of a lane."""
+    return at_stations(lane.points_m, stations(lane.points_m)[-1] * np.array([0.45, 0.5, 0.55]))
 
 
 def _parts(root: Element, lanes: list[NetLane]) -> list[float]:

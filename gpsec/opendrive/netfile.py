@@ -66,6 +66,14 @@ def _lane(lane: Element, internal: bool) -> NetLane:
     )
 
 
+def by_edge(lanes: list[NetLane]) -> dict[str, list[int]]:
+    """Return the indices of the lanes of each edge."""
+    edges: dict[str, list[int]] = {}
+    for index, lane in enumerate(lanes):
+        edges.setdefault(lane.lane_id.rpartition("_")[0], []).append(index)
+    return edges
+
+
 def points(shape: str) -> Floats:
     """Return the (n, 2) points of a shape as SUMO writes it, with or without heights."""
     return np.array([[float(value) for value in corner.split(",")[:2]] for corner in shape.split()]).reshape(-1, 2)

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from gpsec.arrays import Floats
+from gpsec.arrays import Floats, Longs
 
 
 def stations(points_m: Floats) -> Floats:
@@ -15,12 +15,19 @@ def stations(points_m: Floats) -> Floats:
 
 def spread(points_m: Iterable[Floats], closest_m: float) -> Floats:
     """Leave out points that lie closer than `closest_m` to the one before or to the last; both ends stay."""
-    listed = list(points_m)
-    kept = [listed[0]]
-    for point in listed[1:-1]:
-        if min(np.hypot(*(point - kept[-1])), np.hypot(*(point - listed[-1]))) >= closest_m:
-            kept.append(point)
-    return np.array([*kept, listed[-1]])
+    points = np.array(list(points_m))
+    return points[spread_out(points, closest_m)]
+
+
+def spread_out(points_m: Floats, closest_m: float) -> Longs:
+    """Return which of (n, 2) points `spread` keeps."""
+    last = len(points_m) - 1
+    kept = [0]
+    for index in range(1, last):
+        here = points_m[index]
+        if min(np.hypot(*(here - points_m[kept[-1]])), np.hypot(*(here - points_m[last]))) >= closest_m:
+            kept.append(index)
+    return np.array([*kept, last])
 
 
 def at_stations(points_m: Floats, station_m: Floats) -> Floats:

@@ -11,19 +11,20 @@ import numpy as np
 from gpsec.arrays import Floats
 from gpsec.errors import GpsecError, shown
 from gpsec.opendrive.curves import Arc, Curve, Line, ParamPoly3, Poly3, Spiral
+from gpsec.opendrive.numbers import check_numbers
 from gpsec.opendrive.road import Cubics, Geometry, Lane, LaneSection, Road
 
 _CURVES = ("line", "arc", "spiral", "poly3", "paramPoly3")
 _MPS = {"m/s": 1.0, "km/h": 1.0 / 3.6, "mph": 0.44704, "": 1.0}
-_MAX_LENGTH_M = 1e6  # a longer road is a slip of the pen, and would fill the memory
+_FASTEST_MPS = 1000.0
 SHORTEST_M = 1e-6
 
 
 def parse(map_file: Path) -> Element:
-    """Return the root of an OpenDRIVE file, without namespaces.
+    """Return the root of an OpenDRIVE file, without namespaces; its numbers are numbers within bounds.
 
     Raises:
-        GpsecError: it is missing, not XML, or not OpenDRIVE.
+        GpsecError: it is missing, not XML, or not OpenDRIVE, or a number is none or out of bounds.
     """
     try:
         root: Element = ElementTree.parse(map_file).getroot()
@@ -38,11 +39,14 @@ def parse(map_file: Path) -> Element:
         raise GpsecError(f"{map_file}: expected OpenDRIVE, found <{shown(root.tag)}>")
     if root.find("road") is None:
         raise GpsecError(f"{map_file}: expected at least one road, found none")
+    check_numbers(root, map_file)
     return root
 
 
 def roads(root: Element, map_file: Path) -> list[Road]:
     """Return the roads under an OpenDRIVE root; `map_file` is for what is said of errors.
+
+    Widths must be spelt out, and sections complete.
 
     Roads without a length or a geometry are left out; netconvert does the same.
 
@@ -65,8 +69,6 @@ class _Reader:
         length = self._number(element, "length")
         drawn = [self._geometry(item) for item in element.iterfind("planView/geometry")]
         geometries = sorted((item for item in drawn if item is not None), key=lambda item: item.station_m)
-        if length > _MAX_LENGTH_M:
-            self._refuse(f"expected a length of at most {_MAX_LENGTH_M:g} m, found {length:g}")
         if length <= SHORTEST_M or not geometries:
             return None
         return Road(
@@ -111,23 +113,32 @@ class _Reader:
 
     def _sections(self, length: float) -> tuple[LaneSection, ...]:
         elements = sorted(self._element.iterfind("lanes/laneSection"), key=lambda item: self._number(item, "s"))
-        begins = [self._number(item, "s") for item in elements]
+        begins = [min(max(self._number(item, "s"), 0.0), length) for item in elements]
         ends = [*begins[1:], length][: len(begins)]
         return tuple(
-            LaneSection(begin, end, tuple(self._lane(item) for item in element.iter("lane") if item.get("id") != "0"))
+            LaneSection(begin, end, self._lanes(element, begin))
             for element, begin, end in zip(elements, begins, ends, strict=True)
             if end - begin > SHORTEST_M
         )
+
+    def _lanes(self, section: Element, begin: float) -> tuple[Lane, ...]:
+        lanes = [self._lane(item) for item in section.iter("lane")]
+        numbers = [lane.lane_id for lane in lanes]
+        if twice := [number for number in numbers if numbers.count(number) > 1]:
+            self._refuse(f"laneSection at s={begin:g}: expected one lane of each id, found several with {twice[0]}")
+        return tuple(lane for lane in lanes if lane.lane_id != 0)
 
     def _lane(self, element: Element) -> Lane:
         return Lane(
             int(self._number(element, "id")),
             element.get("type", "none"),
-            self._cubics(element, "width", "sOffset") if element.find("width") is not None else None,
-            self._cubics(element, "border", "sOffset"),
+            self._cubics(element, "width", "sOffset"),
+            element.get("level") in ("true", "1"),
+            element.get("direction") == "reversed",
             tuple((self._number(item, "sOffset", 0.0), self._speed(item)) for item in element.iterfind("speed")),
             self._linked(element, "predecessor"),
             self._linked(element, "successor"),
+            element,
         )
 
     def _linked(self, element: Element, which: str) -> int | None:
@@ -147,7 +158,10 @@ class _Reader:
             return None
         if unit not in _MPS:
             self._refuse(f"speed: expected one of the units {', '.join(filter(None, _MPS))}, found '{shown(unit)}'")
-        return self._number(element, "max") * _MPS[unit]
+        limit = self._number(element, "max") * _MPS[unit]
+        if limit > _FASTEST_MPS:
+            self._refuse(f"speed: expected a limit of at most {_FASTEST_MPS:g} m/s, found '{shown(written)}' {unit}")
+        return limit
 
     def _numbers(self, element: Element, keys: str | list[str]) -> Floats:
         return np.array([self._number(element, key) for key in keys])

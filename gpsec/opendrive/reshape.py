@@ -10,8 +10,10 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from gpsec.arrays import Floats
-from gpsec.opendrive.junctions import along_way, blended, chains
+from gpsec.opendrive.extents import extents
+from gpsec.opendrive.junctions import along_way, blended, chains, through
 from gpsec.opendrive.lanes import CentreLine
+from gpsec.opendrive.lengths import agree_lengths
 from gpsec.opendrive.netfile import NetLane, net_lanes, points
 from gpsec.opendrive.polylines import stations
 from gpsec.opendrive.ways import Ways
@@ -37,15 +39,14 @@ def reshape(root: Element, lines: list[CentreLine]) -> Reshaped:
     """
     lanes = net_lanes(root)
     ways = Ways([_thinned(line) for line in lines])
-    new = {}
-    for index, lane in enumerate(lanes):
-        if not lane.internal and (shape := ways.beside(lane.original, lane.points_m)) is not None:
-            new[index] = shape
+    placed = extents(lanes, ways)
+    new = {index: extent.shape() for index, extent in placed.items()}
     own = outer = len(new)
     joined = list(chains(root, lanes))
     for chain in joined:
         start, end = _end(new, lanes, chain.before, -1), _end(new, lanes, chain.behind, 0)
-        shapes = along_way(chain, lanes, start, end, ways)
+        before, behind = (placed.get(-1 if index is None else index) for index in (chain.before, chain.behind))
+        shapes = through(chain, lanes, before, behind, ways) or along_way(chain, lanes, start, end, ways)
         own += len(chain.lanes) if shapes else 0
         new |= shapes or blended(chain, lanes, start, end)
     for index, shape in new.items():
@@ -54,6 +55,7 @@ def reshape(root: Element, lines: list[CentreLine]) -> Reshaped:
         # From this netedit and netconvert draw the lanes inside the junction when they write the net anew.
         corners = [corner for lane in chain.lanes for corner in lanes[lane].element.get("shape", "").split()]
         chain.link.set("shape", " ".join(dict.fromkeys(corners)))
+    agree_lengths(root, net_lanes(root))
     outside = sum(not lane.internal for lane in lanes)
     return Reshaped(own, outside - outer)
 
@@ -88,10 +90,8 @@ def _write(lane: NetLane, shape: Floats) -> None:
     corners = [f"{x:.4f},{y:.4f}" for x, y in shape]
     if heights and len(heights) == len(written):
         old, way = stations(points(lane.element.get("shape", ""))), stations(shape)
-        z = np.interp(way / way[-1], old / max(old[-1], _SHORTEST_M), heights)
+        z = np.interp(way / max(way[-1], _SHORTEST_M), old / max(old[-1], _SHORTEST_M), heights)
         corners = [f"{corner},{height:.4f}" for corner, height in zip(corners, z, strict=True)]
     lane.element.set("shape", " ".join(corners))
-    if lane.internal:
-        lane.element.set("length", f"{max(stations(shape)[-1], _SHORTEST_M):.4f}")
-    else:
+    if not lane.internal:
         lane.element.set("customShape", "1")  # netedit keeps it so

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
@@ -36,6 +37,15 @@ class Cubics:
         t = station_m - self.start_m[np.maximum(piece, 0)]
         return np.where(piece >= 0, a + t * (b + t * (c + t * d)), 0.0)
 
+    def about(self, station_m: float) -> Floats:
+        """Return (4,) coefficients of powers of the distance from a station that hold at it; 0 before the first."""
+        piece = int(np.searchsorted(self.start_m, station_m, side="right")) - 1
+        if piece < 0:
+            return np.zeros(4)
+        a, b, c, d = self.coefficients[piece]
+        t = station_m - self.start_m[piece]
+        return np.array([a + t * (b + t * (c + t * d)), b + t * (2.0 * c + t * 3.0 * d), c + 3.0 * t * d, d])
+
 
 @dataclass(frozen=True)
 class Geometry:
@@ -56,20 +66,24 @@ class Lane:
     Attributes:
         lane_id: left of the reference line positive, right negative.
         kind: ``driving``, ``shoulder``, …
-        width: from the beginning of the section on, None where only the border is given.
-        border: t coordinate of the outer edge, from the beginning of the section on.
+        width: from the beginning of the section on.
+        level: it is horizontal where the road is tilted.
+        reversed: it is driven against the direction of its side.
         speeds: (distance from the beginning of the section, limit in m/s) as written, also where not positive.
         before, behind: id of the lane that it continues in the section before and behind (by station), None where it
             does not.
+        element: what it was read from.
     """
 
     lane_id: int
     kind: str
-    width: Cubics | None
-    border: Cubics
+    width: Cubics
+    level: bool
+    reversed: bool
     speeds: tuple[tuple[float, float | None], ...]
     before: int | None
     behind: int | None
+    element: Element
 
 
 @dataclass(frozen=True)
@@ -91,7 +105,7 @@ class Road:
         left_hand: traffic keeps left.
         geometries: the reference line, by station.
         lane_offset: of the centre lane from the reference line.
-        superelevation: roll (rad); widths lie in the tilted plane.
+        superelevation: roll (rad); widths lie in the tilted plane, but for lanes that are level.
         sections: by station.
         speeds: (station, limit in m/s, None where there is none) of the road's types.
     """

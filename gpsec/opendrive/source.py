@@ -4,7 +4,7 @@ This happens on a copy; the user's map is not touched. Every change is said.
 """
 
 from dataclasses import dataclass
-from xml.etree.ElementTree import Element, SubElement
+from xml.etree.ElementTree import SubElement
 
 from gpsec.opendrive.road import Lane, LaneSection, Road
 
@@ -27,28 +27,18 @@ class Speeds:
     unlimited: int
 
 
-def spell_out_speeds(root: Element, roads: list[Road]) -> Speeds:
-    """Give every lane the speed limit that holds for it; return what was changed."""
-    sections = {
-        (road.road_id, section.begin_m): (road, section, {lane.lane_id: lane for lane in section.lanes})
-        for road in roads
-        for section in road.sections
-    }
+def spell_out_speeds(roads: list[Road]) -> Speeds:
+    """Write into every lane that a map's roads were read from the limit that holds for it; return what was changed."""
     counts = [0, 0, 0]
-    for element in root.iterfind("road"):
-        for item in element.iterfind("lanes/laneSection"):
-            known = sections.get((element.get("id", ""), float(item.get("s", "nan"))))
-            if known is None:
-                continue
-            road, section, lanes = known
-            for lane in item.iter("lane"):
-                if (number := int(float(lane.get("id", "0")))) != 0:
-                    changed = _spell_out(lane, lanes[number], road, section)
-                    counts = [count + change for count, change in zip(counts, changed, strict=True)]
+    for road in roads:
+        for section in road.sections:
+            for lane in section.lanes:
+                changed = _spell_out(lane, road, section)
+                counts = [count + change for count, change in zip(counts, changed, strict=True)]
     return Speeds(*counts)
 
 
-def _spell_out(element: Element, lane: Lane, road: Road, section: LaneSection) -> tuple[bool, bool, bool]:
+def _spell_out(lane: Lane, road: Road, section: LaneSection) -> tuple[bool, bool, bool]:
     """Write the limits of one lane; return what of `Speeds` it counts for."""
     good = [(distance, speed) for distance, speed in lane.speeds if speed is None or speed > 0.0]
     not_positive = len(good) < len(lane.speeds)
@@ -59,12 +49,12 @@ def _spell_out(element: Element, lane: Lane, road: Road, section: LaneSection) -
     unlimited = any(speed is None for _, speed in limits)
     if not (not_positive or from_road or unlimited):
         return False, False, False
-    for speed in element.findall("speed"):
-        element.remove(speed)
+    for speed in lane.element.findall("speed"):
+        lane.element.remove(speed)
     for number, (distance, limit) in enumerate(limits):
         text = f"{NO_LIMIT_MPS if limit is None else limit:.4f}"
         # netconvert needs a limit from the very beginning.
-        SubElement(element, "speed", sOffset=f"{distance if number else 0.0:.4f}", max=text, unit="m/s")
+        SubElement(lane.element, "speed", sOffset=f"{distance if number else 0.0:.4f}", max=text, unit="m/s")
     return from_road, not_positive, unlimited
 
 

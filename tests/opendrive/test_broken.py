@@ -29,7 +29,10 @@ MAPS = {
     "arc without curvature": (geometry("<arc/>"), ("road '1'", "<arc>", "'curvature'", "found none")),
     "text for a number": (geometry('<arc curvature="x"/>'), ("<arc>", "'curvature'", "'x'")),
     "not finite": (GOOD.replace('hdg="0"', 'hdg="nan"'), ("<geometry>", "'hdg'", "'nan'")),
-    "endless road": (GOOD.replace('<road name="" length="100.0"', '<road name="" length="1e9"'), ("1e+06", "1e+09")),
+    "endless road": (
+        GOOD.replace('<road name="" length="100.0"', '<road name="" length="1e9"'),
+        ("<road>", "1e+06", "'1e9'"),
+    ),
     "unknown unit": (
         document(road(section("", lane(-1, inside='<speed sOffset="0" max="9" unit="knots"/>')))),
         ("road '1'", "speed", "'knots'"),

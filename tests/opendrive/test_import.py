@@ -95,6 +95,18 @@ def test_left_hand_traffic(imported: Import) -> None:
     assert done.check.overall.unmatched_share == 0.0
 
 
+@pytest.mark.parametrize("rule", ["RHT", "LHT"])
+@pytest.mark.parametrize("shuffled", [False, True], ids=["in order", "in any order"])
+def test_lanes_are_counted_from_the_edge_of_the_road(rule: str, shuffled: bool, imported: Import) -> None:
+    left, right = [lane(3), lane(2), lane(1)], [lane(-1), lane(-2), lane(-3)]
+    if shuffled:
+        left, right = left[1:] + left[:1], right[::-1]
+    done = imported(road(section("".join(left), "".join(right)), rule=rule))
+    for edge in ("1", "-1"):
+        away = [abs(shapes(done)[f"{edge}_{index}"][0, 1]) for index in range(3)]
+        assert away == pytest.approx([8.75, 5.25, 1.75], abs=1e-3)
+
+
 def test_speeds_that_netconvert_loses(imported: Import) -> None:
     kind = '<type s="0" type="town"><speed max="25" unit="mph"/></type>'
     bad = '<speed sOffset="0" max="-1" unit="km/h"/>'

@@ -7,13 +7,16 @@ import pytest
 
 from gpsec.opendrive.lanes import CentreLine, centre_lines, paths
 from gpsec.opendrive.read import parse, roads
+from gpsec.opendrive.spelling import spell_out
 
 from .maps import LINE, document, lane, road, section, write
 
 
 def lines(folder: Path, *written: str) -> dict[tuple[int, int], CentreLine]:
     path = write(folder, document(*written))
-    found = centre_lines(roads(parse(path), path), 1.0)
+    root = parse(path)
+    spell_out(root)
+    found = centre_lines(roads(root, path), 1.0)
     return {(line.section, line.lane_id): line for line in found}
 
 

@@ -26,7 +26,7 @@ def town(limit: str, unit: str, s: float = 0.0) -> str:
 def spelt_out(folder: Path, *written: str) -> tuple[Speeds, list[list[tuple[float, float]]]]:
     path = write(folder, document(*written))
     root = parse(path)
-    said = spell_out_speeds(root, roads(root, path))
+    said = spell_out_speeds(roads(root, path))
     lanes = [item for item in root.iter("lane") if item.get("id") != "0"]
     return said, [
         [(float(limit.get("sOffset", "nan")), float(limit.get("max", "nan"))) for limit in item.iterfind("speed")]

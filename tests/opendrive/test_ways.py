@@ -6,6 +6,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 import pytest
 
+from gpsec.opendrive.extents import extents
 from gpsec.opendrive.junctions import along_way, blended, chains
 from gpsec.opendrive.lanes import CentreLine
 from gpsec.opendrive.netfile import NetLane, net_lanes
@@ -15,9 +16,18 @@ from gpsec.opendrive.ways import Ways
 RADIUS_M = 20.0
 
 
-def centre(points: np.ndarray, section: int = 0, lane: int = -1, next_lane: int | None = None) -> CentreLine:
-    way = stations(points)
+def centre(
+    points: np.ndarray, section: int = 0, lane: int = -1, next_lane: int | None = None, begin: float = 0.0
+) -> CentreLine:
+    way = begin + stations(points)
     return CentreLine("7", section, lane, "driving", way, points, way * 0.0, way * 0.0 + 3.5, section + 1, next_lane)
+
+
+def beside(lines: list[CentreLine], *shapes: list[list[float]]) -> np.ndarray | None:
+    """The shape that the first of the lanes of an edge gets, which netconvert has drawn so."""
+    lanes = [NetLane(f"e_{at}", "7_-1", False, 3.5, 9.0, np.array(it), Element("lane")) for at, it in enumerate(shapes)]
+    found = extents(lanes, Ways(lines))
+    return found[0].shape() if 0 in found else None
 
 
 def quarter() -> np.ndarray:
@@ -66,7 +76,7 @@ def test_points_at_lengths_along_a_line() -> None:
 
 
 def test_shape_beside_a_way_is_replaced_by_it() -> None:
-    found = Ways([centre(quarter())]).beside("7_-1", np.array([[0.0, 0.8], [20.8, 20.0]]))
+    found = beside([centre(quarter())], [[0.0, 0.8], [20.8, 20.0]])
     assert found is not None
     assert np.hypot(found[:, 0], found[:, 1] - RADIUS_M) == pytest.approx(RADIUS_M, abs=2e-3)
     assert found[0] == pytest.approx([0.0, 0.0], abs=2e-2)
@@ -75,14 +85,12 @@ def test_shape_beside_a_way_is_replaced_by_it() -> None:
 
 def test_lane_that_is_another_one_in_the_next_section() -> None:
     # Number -1 is at y = 0 in the first section; there it becomes -2, and -1 is a lane that opens to its left.
-    ways = Ways(
-        [
-            centre(straight(0.0, 0.0, 40.0), 0, -1, next_lane=-2),
-            centre(straight(0.0, 40.0, 80.0), 1, -2),
-            centre(straight(3.5, 40.0, 80.0), 1, -1),
-        ]
-    )
-    first, second = (ways.beside("7_-1", np.array([[x, 1.5], [x + 36.0, 1.5]])) for x in (2.0, 42.0))
+    lines = [
+        centre(straight(0.0, 0.0, 40.0), 0, -1, next_lane=-2),
+        centre(straight(0.0, 40.0, 80.0), 1, -2, begin=40.0),
+        centre(straight(3.5, 40.0, 80.0), 1, -1, begin=40.0),
+    ]
+    first, second = (beside(lines, [[x, 1.5], [x + 36.0, 1.5]]) for x in (2.0, 42.0))
     assert first is not None
     assert second is not None
     assert np.unique(first[:, 1]).tolist() == [0.0]
@@ -91,7 +99,7 @@ def test_lane_that_is_another_one_in_the_next_section() -> None:
 
 @pytest.mark.parametrize("shape", [[[0.0, 30.0], [40.0, 30.0]], [[40.0, 0.0], [0.0, 0.0]]], ids=["far", "backward"])
 def test_shape_that_no_way_is_beside(shape: list[list[float]]) -> None:
-    assert Ways([centre(straight(0.0))]).beside("7_-1", np.array(shape)) is None
+    assert beside([centre(straight(0.0))], shape) is None
 
 
 def test_way_between_two_roads_begins_and_ends_with_them() -> None:
@@ -131,4 +139,4 @@ def test_path_without_a_way_is_moved_to_its_roads() -> None:
     (shape,) = blended(chain, lanes, np.zeros(2), np.array([12.0, 0.0])).values()
     assert shape.tolist() == [[0.0, 0.0], [12.0, 0.0]]
     (shape,) = blended(chain, lanes, np.zeros(2), np.array([30.0, 0.0])).values()
-    assert shape.tolist() == [[0.0, 0.0], [11.0, 1.0]]  # 19 m away is no seam
+    assert shape.tolist() == [[0.0, 0.0], [30.0, 0.0]]  # 19 m are too far to bend it
