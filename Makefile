@@ -7,7 +7,7 @@ READY := $(VENV)/.ready
 FRESH := build/fresh
 SCENARIOS := scenarios/town scenarios/highway scenarios/sharp_turns scenarios/slow_curve
 
-.PHONY: help setup constraints fleet-eval bench soak paper-tables train nets docs test fuzz lint check clean
+.PHONY: help setup constraints fleet-eval bench soak paper-tables train nets docs test test-all fuzz lint check clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
@@ -52,6 +52,9 @@ docs: $(READY) ## make the documentation site in build/site
 test: $(READY) ## run the tests
 	$(BIN)/pytest -n auto --dist loadfile
 
+test-all: $(READY) ## run the slow tests, too
+	$(BIN)/pytest -n auto --dist loadfile -m 'slow or not slow'
+
 fuzz: $(READY) ## damage what is read, 100,000 times; what fails is kept in build/fuzz
 	$(BIN)/python -m tests.fuzz
 
@@ -60,6 +63,7 @@ lint: $(READY) ## look at the code without running it
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/python .ci/commits.py
 
 check: lint test ## all that must pass before a change lands
 

@@ -48,6 +48,14 @@ def test_what_is_in_order_is_read_and_what_is_damaged_never_ends_in_a_traceback_
         assert worker.answer() == "", f"python -m tests.fuzz --only {name!r} --first {number} --inputs 1"
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NAMES)
+def test_many_damaged_inputs_of_a_reader(worker, name):
+    for number in range(FEW.stop, 200):
+        worker.send(Case(name, number))
+        assert worker.answer() == "", f"python -m tests.fuzz --only {name!r} --first {number} --inputs 1"
+
+
 @pytest.mark.parametrize(
     ("mutate", "data"),
     [
