@@ -15,7 +15,6 @@ from gpsec.engine import Method, Stopwatch
 from gpsec.fleet import Measurements, Rows, Slots, Tracks, Vehicles
 from gpsec.hdmap.map import HDMap
 from gpsec.hdmap.matching import locate
-from gpsec.pipeline.fleet_choice import first_life
 from gpsec.sensors.sense import Sensors
 from gpsec.threads import Threads
 from gpsec.traffic.body import advance, axle_distance
@@ -27,9 +26,11 @@ class Roll:
     """Who a vehicle row stands for.
 
     Attributes:
-        vehicle_id, vehicle_type: SUMO's.
+        vehicle_id: its name in tables.
+        vehicle_type: SUMO's.
         profile: index of its sensor profile.
         depart_s: simulated time of departure.
+        sumo_id: SUMO's id.
 
     """
 
@@ -37,6 +38,7 @@ class Roll:
     vehicle_type: str
     profile: int
     depart_s: float
+    sumo_id: str
 
 
 # Called with track rows that are over, before they are used again, and with the time at which they ended.
@@ -181,7 +183,9 @@ class Convoy:
         for departure in frame.departures:
             row = departure.row
             profile = self._profile_of(departure)
-            self.roll[row] = Roll(departure.vehicle_id, departure.vehicle_type, profile, frame.time_s)
+            self.roll[row] = Roll(
+                departure.vehicle_id, departure.vehicle_type, profile, frame.time_s, departure.first_id
+            )
             vehicles.key[row] = noise.vehicle_key(self._seed, departure.vehicle_id)
             vehicles.profile[row] = profile
             vehicles.axle_m[row] = axle_distance(departure.length_m)
@@ -197,7 +201,7 @@ class Convoy:
             rows.reset(tracks)
         self._method.reset(tracks)
         self.tracks.vehicle[tracks] = new
-        people = [(departure.vehicle_type, first_life(departure.vehicle_id)) for departure in frame.departures]
+        people = [(departure.vehicle_type, departure.first_id) for departure in frame.departures]
         for plan, schedule in zip(self._plans, self._schedules, strict=True):
             aimed = np.array([plan.aims_at(*who) for who in people])
             settled = frame.step + self._settle_steps

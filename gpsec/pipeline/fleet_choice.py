@@ -1,11 +1,13 @@
 """Who is equipped, and with which sensors: drawn from seed and vehicle alone."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from itertools import accumulate
+from typing import Self
 
 from gpsec import noise
 from gpsec.errors import GpsecError, nearest, shown
+from gpsec.traffic.names import first_life
 from gpsec.traffic.source import Departure
 
 
@@ -43,25 +45,24 @@ class FleetChoice:
 
     def _draw(self, departure: Departure, channel: int) -> float:
         # A vehicle that goes on as id#2 keeps what it was given as id.
-        return noise.plain_uniform(noise.vehicle_key(self.seed, first_life(departure.vehicle_id)), channel, 0)
+        return noise.plain_uniform(noise.vehicle_key(self.seed, departure.first_id), channel, 0)
 
 
 @dataclass(frozen=True)
 class Few:
-    """Some vehicles of the fleet that `choice` draws, by their ids."""
+    """Some vehicles of the fleet that `choice` draws, by SUMO's ids."""
 
     choice: FleetChoice
     vehicles: frozenset[str]
 
+    @classmethod
+    def named(cls, choice: FleetChoice, names: Collection[str]) -> Self:
+        """Return those of a run that have such names; ``p#2`` may be another life of p, or be called so by SUMO."""
+        return cls(choice, frozenset(names) | frozenset(map(first_life, names)))
+
     def equipped(self, departure: Departure) -> bool:
         """Return whether a vehicle is one of them."""
-        return first_life(departure.vehicle_id) in self.vehicles and self.choice.equipped(departure)
-
-
-def first_life(vehicle_id: str) -> str:
-    """Return SUMO's id of a vehicle that goes on as ``id#2``, ``id#3``, … after a jump or a teleport."""
-    name, mark, life = vehicle_id.rpartition("#")
-    return name if mark and life.isdigit() else vehicle_id
+        return departure.first_id in self.vehicles and self.choice.equipped(departure)
 
 
 def run_profiles(shares: Mapping[str, float], named: Mapping[str, str]) -> tuple[str, ...]:

@@ -13,7 +13,6 @@ from gpsec.outcomes.state import OUT_OF_LANE, OutcomeState
 from gpsec.outcomes.study import Study
 from gpsec.outcomes.view import StepView
 from gpsec.pipeline.convoy import Roll
-from gpsec.pipeline.fleet_choice import first_life
 from gpsec.pipeline.run import Report, run_scenario
 from gpsec.scenario import Scenario
 from gpsec.traffic.options import SumoOptions
@@ -86,7 +85,7 @@ class Live:
         states = track_states(tracks, view.tracks, outcomes, self._defence, self._detector)
         rows = view.tracks.vehicle[tracks].tolist()
         now = {row: (roll[row].vehicle_id, state) for row, state in zip(rows, states.tolist(), strict=True)}
-        changed = [who for row, who in now.items() if self._shown.get(row) != who]
+        changed = [row for row, who in now.items() if self._shown.get(row) != who]
         at = self._follow(rows, view.tracks.attacked[tracks].tolist(), now)
         self._shown = now
         ghost: Outline = ()
@@ -94,10 +93,10 @@ class Live:
             rear_m = view.estimate_m[tracks[at], self._defence]
             ghost = body_outline(rear_m, view.vehicles, rows[at], view.step_s)
         self._session.look = Look(
-            [(first_life(name), COLOURS[state]) for name, state in changed],
+            [(roll[row].sumo_id, COLOURS[now[row][1]]) for row in changed],
             ghost,
             GHOST,
-            first_life(now[self._followed][0]) if at >= 0 else "",
+            roll[self._followed].sumo_id if at >= 0 else "",
         )
 
     def _follow(self, rows: list[int], attacked: list[bool], now: Mapping[int, tuple[str, int]]) -> int:

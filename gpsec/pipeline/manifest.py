@@ -14,7 +14,6 @@ from gpsec.outcomes.digests import DIGESTS, table_digests
 from gpsec.outcomes.tables import whole
 from gpsec.pipeline.build import Ground
 from gpsec.pipeline.fingerprint import fingerprint, versions
-from gpsec.pipeline.fleet_choice import first_life
 from gpsec.scenario import Scenario
 from gpsec.traffic.source import Frame
 
@@ -56,7 +55,7 @@ class Counts:
         """Count one step, with the number of tracks and of vehicles whose lane leads against them."""
         self.steps += 1
         self.vehicles += len(frame.departures)
-        self.resumed += sum(first_life(departure.vehicle_id) != departure.vehicle_id for departure in frame.departures)
+        self.resumed += sum(departure.first_id != departure.vehicle_id for departure in frame.departures)
         self.vehicle_steps += len(frame.rows)
         self.road_steps += frame.on_road
         self.track_steps += tracks

@@ -23,7 +23,7 @@ from gpsec.outcomes.view import StepView
 from gpsec.pipeline.batched import BatchedMethod
 from gpsec.pipeline.build import Ground, lay_ground, make_localization, make_plans, make_watchers
 from gpsec.pipeline.convoy import Convoy, Roll
-from gpsec.pipeline.fleet_choice import Few, first_life
+from gpsec.pipeline.fleet_choice import Few
 from gpsec.pipeline.manifest import Counts, write_manifest
 from gpsec.pipeline.mapfile import write_map
 from gpsec.progress import Progress
@@ -100,7 +100,7 @@ def run_scenario(
         stack.enter_context(threadpool_limits(1))
         threads = Threads(scenario.threads)
         stack.callback(threads.close)
-        choice = ground.choice if only is None else Few(ground.choice, frozenset(map(first_life, only)))
+        choice = ground.choice if only is None else Few.named(ground.choice, only)
         traffic = (start or RemoteSession)(ground.options, ground.hd_map.lane_index, choice.equipped)
         session = stack.enter_context(traffic)
         load()  # while SUMO loads its net
@@ -264,7 +264,8 @@ class _Run:
             )
         if self.counts.resumed:
             self._say(
-                f"{self.counts.resumed} vehicles went on as new ones (id#2, …) after a jump or a teleport",
+                f"{self.counts.resumed} vehicles went on as new ones (id#2, …) after a jump, a teleport or a stay,"
+                " or with the id of one that has left",
                 "writing tables",
             )
 
@@ -289,12 +290,12 @@ class _Run:
             self.onlooker.see(view, self.outcomes.state, convoy.roll)
             self.watch.lap("window")
         if self.log is not None:
-            ids = [convoy.roll[row].vehicle_id for row in convoy.tracks.vehicle[convoy.track_rows].tolist()]
+            people = [convoy.roll[row] for row in convoy.tracks.vehicle[convoy.track_rows].tolist()]
             chosen = self.scenario.log_vehicles
             if chosen:
-                kept = [place for place, name in enumerate(ids) if name in chosen or first_life(name) in chosen]
-                view, ids = replace(view, rows=view.rows[kept]), [ids[place] for place in kept]
-            self.log.observe(view, ids, convoy.seen)
+                kept = [place for place, who in enumerate(people) if {who.vehicle_id, who.sumo_id} & set(chosen)]
+                view, people = replace(view, rows=view.rows[kept]), [people[place] for place in kept]
+            self.log.observe(view, [who.vehicle_id for who in people], convoy.seen)
             self.watch.lap("step log")
 
     def _close(self, rows: Ints, ended_s: float | None) -> None:

@@ -30,7 +30,7 @@ class Recording:
         rows, front_m, lane: (V,), (V, 2), (V,) one a vehicle and frame, as in `Frame`.
         left: (L,) rows.
         departure_row: (D,) one a departure from here on, as in `Departure`.
-        vehicle_id, vehicle_type, vehicle_class: (D,) fixed-width strings.
+        vehicle_id, sumo_id, vehicle_type, vehicle_class: (D,) fixed-width strings.
         length_m, width_m, yaw_rad, speed_mps: (D,).
         equipped_share: (D,) 0 where the type has none.
         has_equipped_share: (D,).
@@ -52,6 +52,7 @@ class Recording:
     left: Ints
     departure_row: Ints
     vehicle_id: Names
+    sumo_id: Names
     vehicle_type: Names
     vehicle_class: Names
     length_m: Floats
@@ -93,6 +94,7 @@ class Recording:
         return Departure(
             row=int(self.departure_row[at]),
             vehicle_id=str(self.vehicle_id[at]),
+            sumo_id=str(self.sumo_id[at]),
             vehicle_type=str(self.vehicle_type[at]),
             vehicle_class=str(self.vehicle_class[at]),
             length_m=float(self.length_m[at]),
@@ -130,6 +132,7 @@ def record(source: TrafficSource, duration_s: float | None) -> Recording:
         left=np.array([row for frame in frames for row in frame.left], np.int32),
         departure_row=of_departures("row", np.int32),
         vehicle_id=of_departures("vehicle_id", np.str_),
+        sumo_id=of_departures("sumo_id", np.str_),
         vehicle_type=of_departures("vehicle_type", np.str_),
         vehicle_class=of_departures("vehicle_class", np.str_),
         length_m=of_departures("length_m", np.float64),

@@ -12,6 +12,7 @@ from gpsec.arrays import Flags, Floats, Ints, Longs
 from gpsec.fleet import Slots
 from gpsec.geo import yaw_from_sumo_angle
 from gpsec.traffic.carried import NOWHERE_M, Spoofers
+from gpsec.traffic.names import Names
 from gpsec.traffic.source import Departure, Equip
 from gpsec.traffic.vehicletypes import VehicleType, read_type
 
@@ -34,8 +35,9 @@ class Roster:
         traffic_only: vehicles so far of each SUMO class that is never equipped.
     """
 
-    def __init__(self, lane_index: Mapping[str, int], equip: Equip, spoofers: Spoofers) -> None:
+    def __init__(self, lane_index: Mapping[str, int], equip: Equip, spoofers: Spoofers, names: Names) -> None:
         self.spoofers = spoofers
+        self._names = names
         self.traffic_only: Counter[str] = Counter()
         self.left: list[int] = []
         self.departures: list[Departure] = []
@@ -45,8 +47,7 @@ class Roster:
         self._types: dict[str, VehicleType] = {}
         self._row_of: dict[str, int] = {}
         self._away: dict[str, None] = {}  # a set that keeps its order
-        # Lives that have begun, of the equipped vehicles that are in the simulation.
-        self._lives: dict[str, int] = {}
+        self._equipped: set[str] = set()  # those in the simulation, on the road or away
         self._started = False
         # Who is on the road, in the order in which SUMO keeps its vehicles, since it finds the next one faster then;
         # where they are, and how far they came in the last step.
@@ -80,7 +81,7 @@ class Roster:
         simulation = libsumo.simulation
         for vehicle_id in simulation.getArrivedIDList():
             self.spoofers.forget(vehicle_id)
-            if vehicle_id in self._lives:
+            if vehicle_id in self._equipped:
                 self._forget(vehicle_id)
         for vehicle_id in simulation.getStartingTeleportIDList() + simulation.getParkingStartingVehiclesIDList():
             self._leave(vehicle_id)
@@ -131,9 +132,11 @@ class Roster:
         self._started = True
         arrived = set(libsumo.simulation.getArrivedIDList())
         for vehicle_id in departed:
-            if vehicle_id in arrived or not self._equip_if_on_roads(vehicle_id):
+            if vehicle_id in arrived and vehicle_id not in libsumo.vehicle.getIDList():
+                continue  # it has left already, and nobody else has come by its id
+            if not self._equip_if_on_roads(vehicle_id):
                 continue
-            self._lives[vehicle_id] = 0
+            self._equipped.add(vehicle_id)
             yield vehicle_id
 
     def _equip_if_on_roads(self, vehicle_id: str) -> bool:
@@ -161,12 +164,9 @@ class Roster:
             self._away[vehicle_id] = None
             return
         self._away.pop(vehicle_id, None)
-        self._lives[vehicle_id] += 1
-        life = self._lives[vehicle_id]
         row = self._slots.take()
         self._row_of[vehicle_id] = row
-        name = vehicle_id if life == 1 else f"{vehicle_id}#{life}"
-        departure = self._departure(vehicle_id, name, row)
+        departure = self._departure(vehicle_id, self._names.give(vehicle_id), row)
         self.departures.append(departure)
         at = bisect_left(self._ids, vehicle_id)
         self._ids.insert(at, vehicle_id)
@@ -193,7 +193,7 @@ class Roster:
     def _forget(self, vehicle_id: str) -> None:
         self._leave(vehicle_id)
         self._away.pop(vehicle_id, None)
-        del self._lives[vehicle_id]
+        self._equipped.remove(vehicle_id)
 
     def _departure(self, vehicle_id: str, name: str, row: int) -> Departure:
         type_id = libsumo.vehicle.getTypeID(vehicle_id)
@@ -209,6 +209,7 @@ class Roster:
             speed_mps=libsumo.vehicle.getSpeed(vehicle_id),
             equipped_share=kind.equipped_share,
             sensors=kind.sensors,
+            sumo_id=vehicle_id,
         )
 
     def _type(self, type_id: str) -> VehicleType:

@@ -15,6 +15,7 @@ from gpsec.errors import GpsecError, retold
 from gpsec.sumohome import sumo_home
 from gpsec.traffic.carried import Spoofers, carried_attacks, check_departing
 from gpsec.traffic.clock import step_count
+from gpsec.traffic.names import Names, numbered_ids
 from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.roster import Roster
 from gpsec.traffic.source import Equip, Frame
@@ -68,7 +69,8 @@ class SumoSession:
         self._input_files = (*options.additional_files, *options.route_files)
         check_type_keys(self._input_files)
         check_departing(self._input_files)
-        self._roster = Roster(lane_index, equip, Spoofers(carried_attacks(self._input_files)))
+        names = Names(numbered_ids(self._input_files))
+        self._roster = Roster(lane_index, equip, Spoofers(carried_attacks(self._input_files)), names)
         self._step = 0
         self._open = True
         self._stderr = CaughtStderr()

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from gpsec.arrays import Floats, Ints
+from gpsec.traffic.names import first_life
 
 
 @dataclass(frozen=True)
@@ -13,7 +14,8 @@ class Departure:
 
     Attributes:
         row: vehicle row that it owns until it leaves.
-        vehicle_id: SUMO's id; a vehicle that teleported goes on as ``id#2``, ``id#3``, …
+        vehicle_id: its name, of which there is one in a run: SUMO's id; a vehicle that teleported goes on as ``id#2``,
+            ``id#3``, …, and so does one whose id was there before.
         vehicle_type: SUMO's vType id.
         vehicle_class: SUMO's vClass.
         length_m, width_m: of the body.
@@ -21,6 +23,7 @@ class Departure:
         speed_mps: SUMO's speed at departure.
         equipped_share: the type's ``gpsec.equipped`` (a probability), None where it has none.
         sensors: the type's ``gpsec.sensors`` (name of a sensor profile), None where it has none.
+        sumo_id: SUMO's id, empty where it is not known.
     """
 
     row: int
@@ -33,6 +36,12 @@ class Departure:
     speed_mps: float
     equipped_share: float | None
     sensors: str | None
+    sumo_id: str = ""
+
+    @property
+    def first_id(self) -> str:
+        """SUMO's id, by which is drawn what all lives of a vehicle have in common."""
+        return self.sumo_id or first_life(self.vehicle_id)
 
 
 @dataclass(frozen=True)

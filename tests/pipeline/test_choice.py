@@ -1,10 +1,11 @@
+from dataclasses import replace
 from math import pi, sqrt
 
 import pytest
 
 from gpsec.errors import GpsecError
 from gpsec.pipeline.filter_noise import filter_noise
-from gpsec.pipeline.fleet_choice import FleetChoice, run_profiles
+from gpsec.pipeline.fleet_choice import Few, FleetChoice, run_profiles
 from gpsec.sensors.registry import PROFILES
 from gpsec.traffic.source import Departure
 
@@ -57,6 +58,20 @@ def test_a_second_life_keeps_what_the_first_was_given():
         assert drawn.profile(first) == drawn.profile(later)
     # A name that merely holds the mark is a vehicle of its own.
     assert any(drawn.profile(departure(f"v{i}#a")) != drawn.profile(departure(f"v{i}")) for i in range(200))
+
+
+def test_what_sumo_itself_calls_like_a_second_life_is_a_vehicle_of_its_own():
+    drawn = choice(carla=0.5, consumer=0.5)
+    pairs = [(departure(f"v{i}"), replace(departure(f"v{i}#2"), sumo_id=f"v{i}#2")) for i in range(200)]
+    assert any(drawn.profile(one) != drawn.profile(other) for one, other in pairs)
+
+
+def test_few_are_found_by_any_of_their_names():
+    drawn = Few.named(choice(equipped=1.0), ["v#2"])
+    own, later, other = (
+        replace(departure(name), sumo_id=sumo_id) for name, sumo_id in (("v#2", "v#2"), ("v#3", "v"), ("w", "w"))
+    )
+    assert [drawn.equipped(one) for one in (own, later, other)] == [True, True, False]
 
 
 def test_profiles_of_a_run_are_those_of_the_configuration_first():

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from gpsec.errors import GpsecError
+from gpsec.traffic.names import Names, numbered_ids
 from gpsec.traffic.options import resolve_options
 from gpsec.traffic.session import SumoSession
 
@@ -208,3 +209,42 @@ def test_unknown_type_parameter_is_refused_with_the_nearest(scenario, run):
     kind = '<vType id="car"><param key="gpsec.equiped" value="1"/></vType>'
     with pytest.raises(GpsecError, match=r"cars.rou.xml: vType 'car': .* did you mean 'gpsec.equipped'"):
         run(scenario(kind + TRIP))
+
+
+PARKING = '<stop lane="A0B0_0" endPos="100" duration="5" parking="true"/>'
+
+
+def parked(name, depart, stop=PARKING):
+    return f'<vehicle id="{name}" type="car" depart="{depart}" departPos="0">{ROUTE}{stop}</vehicle>'
+
+
+def ids_of(frames):
+    return {departure.vehicle_id: departure.sumo_id for frame in frames for departure in frame.departures}
+
+
+def test_no_two_vehicles_have_one_name_whatever_sumo_calls_them(scenario, run):
+    """SUMO's own v#2 departs long after v has come back from its stay."""
+    frames, _ = run(scenario(CAR + parked("v", 0) + parked("v#3", 1) + parked("v#2", 40, "")))
+    names_given = [name for _, name in departures(frames)]
+    assert sorted(names_given) == ["v", "v#2", "v#3", "v#3#2", "v#4"]
+    assert ids_of(frames) == {"v": "v", "v#2": "v#2", "v#3": "v#3", "v#3#2": "v#3", "v#4": "v"}
+
+
+def test_an_id_that_comes_back_is_another_vehicle(scenario, run):
+    """SUMO takes an id again once it is free; it reads ten seconds ahead here, and the next vehicle after that."""
+    gone = '<vehicle id="{}" type="car" depart="{}" departPos="150" departSpeed="max"><route edges="A0B0"/></vehicle>'
+    each = "".join(gone.format(name, depart) for name, depart in (("v", 0), ("w", 20), ("v", 40), ("x", 60), ("v", 80)))
+    frames, _ = run(scenario(CAR + each, options='<processing><route-steps value="10"/></processing>'))
+    assert [name for _, name in departures(frames)] == ["v", "w", "v#2", "x", "v#3"]
+    assert set(ids_of(frames).values()) == {"v", "w", "x"}
+
+
+def test_numbered_ids_are_found_in_included_files(tmp_path):
+    (tmp_path / "inner.xml").write_text("<routes><vehicle depart='3' id='a&amp;b#12'/></routes>")
+    (tmp_path / "outer.xml").write_text('<routes><include href="inner.xml"/><vehicle id="c#x"/></routes>')
+    assert numbered_ids([tmp_path / "outer.xml"]) == {"a&b#12"}
+
+
+def test_names_stay_unique_where_an_id_was_not_foreseen():
+    given = Names()
+    assert [given.give(name) for name in ("p", "p", "p#2", "p", "p#2")] == ["p", "p#2", "p#2#2", "p#3", "p#2#3"]
