@@ -92,7 +92,7 @@ def _references(path: Path, changed_ns: int, size: int) -> tuple[tuple[FileRefer
     found: list[FileReference] = []
 
     def start(element: str, attributes: dict[str, str]) -> None:
-        found.extend(_named(path, element, attributes))
+        found.extend(files_named(path, element, attributes))
 
     parser = expat.ParserCreate()
     parser.StartElementHandler = start
@@ -107,7 +107,8 @@ def _references(path: Path, changed_ns: int, size: int) -> tuple[tuple[FileRefer
     return tuple(found), ""
 
 
-def _named(path: Path, element: str, attributes: dict[str, str]) -> Iterator[FileReference]:
+def files_named(path: Path, element: str, attributes: dict[str, str]) -> Iterator[FileReference]:
+    """Yield the files that one `element` in the input file `path` names."""
     for name in ATTRIBUTES:
         if value := attributes.get(name, "").strip():
             is_read = name in _ALWAYS_READ or (name == "file" and element in _READ_FROM)

@@ -17,6 +17,7 @@ from gpsec.traffic.carried import Spoofers, carried_attacks, check_departing
 from gpsec.traffic.clock import step_count
 from gpsec.traffic.names import Names, numbered_ids
 from gpsec.traffic.options import SumoOptions
+from gpsec.traffic.outputs import without_lost_outputs
 from gpsec.traffic.roster import Roster
 from gpsec.traffic.source import Equip, Frame
 from gpsec.traffic.stderr import CaughtStderr, sumo_words
@@ -86,7 +87,8 @@ class SumoSession:
             "error-log": str(self._folder / "sumo.log"),
         }
         os.environ["SUMO_HOME"] = str(sumo_home())  # where libsumo looks for what comes with it
-        arguments = [*program, *self.options.arguments]
+        self._copies = without_lost_outputs([self.options.net_file, *self._input_files], self._folder)
+        arguments = [*program, *(self._with_copies(value) for value in self.options.arguments)]
         for name, value in outputs.items():
             arguments += [f"--{name}", value]
         try:
@@ -100,11 +102,24 @@ class SumoSession:
             self.close()
             raise
 
+    def _with_copies(self, value: str) -> str:
+        """Return the value of an option with the copies of files in place of those that SUMO cannot run."""
+        if not self._copies:
+            return value
+        return ",".join(str(self._copies.get(Path(name).resolve(), name)) for name in value.split(","))
+
+    def _in_words_of_the_user(self, words: str) -> str:
+        """Return what SUMO says with the user's paths in place of ours."""
+        words = words.replace(f"{_TO_ROOT}{str(self._folder).lstrip('/')}/", "")
+        for path, copy in self._copies.items():
+            words = words.replace(str(copy), str(path))
+        return words
+
     def _sumo_error(self, error: Exception) -> GpsecError | WindowClosedError:
         if self._window is not None and not libsumo.isLoaded():
             self.close()
             return WindowClosedError()
-        words = sumo_words(self._stderr.text(), str(error))
+        words = self._in_words_of_the_user(sumo_words(self._stderr.text(), str(error)))
         self.close()
         return GpsecError(f"{self.options.config}: SUMO says: {retold(words)}")
 
