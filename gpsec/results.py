@@ -16,6 +16,10 @@ from gpsec.outcomes.tables import LARGE_TABLES, MANIFEST, MAP, STEPS, TABLES, re
 
 # The longest first, since one ends in another.
 _UNITS = {"_per_vehicle_hour": "1/h", "_mps": "m/s", "_rad": "rad", "_deg": "°", "_m": "m", "_s": "s"}
+SPREADSHEET = ".spreadsheet.csv"
+# What a cell begins with that spreadsheets compute.
+_FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _WORDS = {"vehicle_hours": "h", "vehicle_seconds": "s", "scored_seconds": "s", "attack_seconds": "s"}
 _CATEGORIES = (
     "scenario",
@@ -165,6 +169,25 @@ def write_parquet(run: Results) -> None:
     for name in LARGE_TABLES:
         with whole(run.folder / f"{name}.parquet") as partial:
             getattr(run, name).to_parquet(partial, index=False)
+
+
+def write_spreadsheets(run: Results) -> list[Path]:
+    """Write the tables once more for a spreadsheet, as ``events.spreadsheet.csv`` and so on; return where they are.
+
+    A text that a spreadsheet would take for a formula, such as the id ``=1+1``, begins with an apostrophe there.
+    """
+    paths = []
+    for name in TABLES:
+        table = pd.read_csv(run.folder / f"{name}.csv", dtype=str, keep_default_na=False)
+        paths.append(run.folder / f"{name}{SPREADSHEET}")
+        with whole(paths[-1]) as partial:
+            # The mark in front lets spreadsheets know that it is UTF-8.
+            table.map(_as_text).to_csv(partial, index=False, lineterminator="\n", encoding="utf-8-sig")
+    return paths
+
+
+def _as_text(cell: str) -> str:
+    return f"'{cell}" if cell.startswith(_FORMULA) and not _NUMBER.fullmatch(cell) else cell
 
 
 def load(folder: Path | str) -> Results:

@@ -188,6 +188,13 @@ def report_(
         bool,
         typer.Option("--geojson", help="Also write RUN/places.geojson, for QGIS: the map and what happened where."),
     ] = False,
+    spreadsheet: Annotated[
+        bool,
+        typer.Option(
+            "--spreadsheet",
+            help="Also write RUN/*.spreadsheet.csv: the tables, with ' before what Excel would take for a formula.",
+        ),
+    ] = False,
 ) -> None:
     """Write the report of a run, or the comparison of two: one HTML file that opens offline.
 
@@ -200,7 +207,7 @@ def report_(
     from gpsec.console.reporting import compare, report
 
     if other is None:
-        report(run, out, again=again, geojson=geojson)
+        report(run, out, again=again, geojson=geojson, spreadsheet=spreadsheet)
     else:
         compare(run, other, out)
 

@@ -13,7 +13,7 @@ _WRITTEN_BY_RUNS = (MANIFEST, REPORT, *(f"{table}.csv" for table in _TABLES), *_
 # What each scenario has one of, under a name of its own where a run has several.
 _ONE_EACH = ("steps.parquet", "steps-*.parquet", "map.geojson", "map-*.geojson")
 # What other commands made of a run goes with it.
-_MADE_OF_RUNS = ("comparison.html", "places.geojson", "trace-*.html")
+_MADE_OF_RUNS = ("comparison.html", "places.geojson", "trace-*.html", "*.spreadsheet.csv")
 
 
 def written_by_runs(name: str) -> bool:

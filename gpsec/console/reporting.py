@@ -15,10 +15,10 @@ from gpsec.report.geography import write_places
 from gpsec.report.make import Steps, logged_steps, write_report, write_trace
 from gpsec.report.told import told
 from gpsec.report.traces import rows_of
-from gpsec.results import Results, load
+from gpsec.results import Results, load, write_spreadsheets
 
 
-def report(folder: Path, out: Path | None, *, again: bool, geojson: bool) -> None:
+def report(folder: Path, out: Path | None, *, again: bool, geojson: bool, spreadsheet: bool = False) -> None:
     """Write the report of the run in `folder`, and what else is asked for.
 
     SUMO is run on what the manifest names only with `again`: the run may be somebody else's.
@@ -39,6 +39,8 @@ def report(folder: Path, out: Path | None, *, again: bool, geojson: bool) -> Non
         written = [write_report(run, steps, out)]
         if geojson:
             written.append(write_places(run))
+        if spreadsheet:
+            written += write_spreadsheets(run)
     except OSError as error:
         raise GpsecError(f"{out or folder}: no report can be written there: {error.strerror}") from None
     for path in written:

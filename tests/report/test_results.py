@@ -5,11 +5,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from gpsec import cli
 from gpsec.errors import GpsecError
 from gpsec.outcomes.tables import LARGE_TABLES, TABLES
-from gpsec.results import load, unit, write_parquet
+from gpsec.results import load, unit, write_parquet, write_spreadsheets
 
-from .conftest import PLANS
+from .conftest import PLANS, write_run
 
 
 def test_frames_have_types(run):
@@ -88,3 +89,33 @@ def test_parquet_files_hold_what_the_csv_files_do(run_folder, tmp_path):
     write_parquet(run)
     for name in LARGE_TABLES:
         pd.testing.assert_frame_equal(pd.read_parquet(run.folder / f"{name}.parquet"), getattr(run, name))
+
+
+FORMULAS = ("=1+1", "+1+1", "-a", "@sum(a1)", "-1|x")
+
+
+def cells(path):
+    return pd.read_csv(path, dtype=str, keep_default_na=False, encoding="utf-8-sig")
+
+
+def test_no_cell_for_a_spreadsheet_is_a_formula(tmp_path):
+    folder = write_run(tmp_path / "run", log=False)
+    table = cells(folder / "vehicles.csv")
+    table["vehicle_id"] = table["vehicle_id"].replace(dict(zip("bcdef", FORMULAS, strict=True)))
+    table["rmse_xy_m"] = "-1.5e-05"
+    table.to_csv(folder / "vehicles.csv", index=False)
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    assert [path.name for path in write_spreadsheets(load(folder))] == [f"{name}.spreadsheet.csv" for name in TABLES]
+    written = cells(folder / "vehicles.spreadsheet.csv")
+    assert {f"'{formula}" for formula in FORMULAS} < set(written["vehicle_id"])
+    assert not set(FORMULAS) & set(written["vehicle_id"])
+    # Numbers, and all other texts, are as they were; so are the tables themselves.
+    assert written.drop(columns="vehicle_id").equals(table.drop(columns="vehicle_id"))
+    assert cells(folder / "events.spreadsheet.csv").equals(cells(folder / "events.csv"))
+    assert {name: (folder / name).read_bytes() for name in before} == before
+
+
+def test_tables_for_a_spreadsheet_are_asked_for(run_folder, tmp_path, capsys):
+    folder = shutil.copytree(run_folder, tmp_path / "asked")
+    assert cli.main(["report", str(folder), "--spreadsheet"]) == 0
+    assert str(folder / "safety.spreadsheet.csv") in capsys.readouterr().out.splitlines()
