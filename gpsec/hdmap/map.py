@@ -19,6 +19,8 @@ from gpsec.hdmap.polyline import Polyline, measure, resample
 from gpsec.hdmap.sides import lane_sides
 
 _MEANING = "net.json"
+# Both; netconvert gives the lanes of one edge the mean of their lengths.
+_STRETCHED_SHARE, _STRETCHED_M = 0.1, 1.0
 
 
 @dataclass(frozen=True)
@@ -33,6 +35,7 @@ class HDMap:
         sides: what lies beside each lane.
         projector: between the net's frame and WGS84.
         spacings_m: of the resampled layers.
+        stretched: lanes whose shape is longer or shorter than the length that SUMO counts along by more than a tenth.
 
     """
 
@@ -43,6 +46,7 @@ class HDMap:
     sides: LaneSides
     projector: Projector
     spacings_m: tuple[float, ...]
+    stretched: tuple[str, ...]
 
     @cached_property
     def lane_index(self) -> dict[str, int]:
@@ -109,7 +113,12 @@ def compile_map(net_file: Path, spacings_m: tuple[float, ...]) -> HDMap:
         lane_sides(net.lanes),
         net.projector,
         spacings_m,
+        tuple(lane.lane_id for lane, line in zip(net.lanes, true, strict=True) if _is_stretched(lane, line)),
     )
+
+
+def _is_stretched(lane: Lane, line: Polyline) -> bool:
+    return abs(float(line.s_m[-1]) - lane.length_m) > max(_STRETCHED_SHARE * lane.length_m, _STRETCHED_M)
 
 
 def _arrays(lanes: list[Lane], layers: list[list[Polyline]]) -> MapArrays:
@@ -159,6 +168,7 @@ def _save(hd_map: HDMap, folder: Path) -> None:
             "projection": hd_map.projector.definition,
             "offset_m": hd_map.projector.offset_m,
             "spacings_m": hd_map.spacings_m,
+            "stretched": hd_map.stretched,
         }
         (part / _MEANING).write_text(json.dumps(meaning))
 
@@ -177,6 +187,7 @@ def _load(folder: Path, net_file: Path) -> HDMap | None:
             LaneSides(*_read(folder, "LaneSides", LaneSides._fields)),
             Projector(meaning["projection"], tuple(meaning["offset_m"]), str(net_file)),
             tuple(meaning["spacings_m"]),
+            tuple(meaning["stretched"]),
         )
     except OSError:
         return None  # another process takes it away

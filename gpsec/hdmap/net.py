@@ -3,7 +3,7 @@
 import xml.sax
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, isfinite
 from pathlib import Path
 from typing import Any
@@ -60,6 +60,7 @@ class Lane:
         edge: number of its edge among those of the net.
         internal: inside a junction.
         width_m: of the lane.
+        length_m: that SUMO counts positions along; its shape may have another.
         shape_m: (n, 2) centre line in driving order, without repeated points.
         successors: ids of the lanes that it leads to.
 
@@ -69,6 +70,7 @@ class Lane:
     edge: int
     internal: bool
     width_m: float
+    length_m: float
     shape_m: Floats
     successors: tuple[str, ...]
 
@@ -110,17 +112,7 @@ def read_net(net_file: Path) -> Net:
     if not any(not lane.internal for lane in lanes):
         raise GpsecError(f"{net_file}: no lane that a road vehicle may use")
     known = {lane.lane_id for lane in lanes}
-    lanes = [
-        Lane(
-            lane.lane_id,
-            lane.edge,
-            lane.internal,
-            lane.width_m,
-            lane.shape_m,
-            tuple(dict.fromkeys(_beyond(lane.successors, known, points))),
-        )
-        for lane in lanes
-    ]
+    lanes = [replace(lane, successors=tuple(dict.fromkeys(_beyond(lane.successors, known, points)))) for lane in lanes]
     behind = {point: next(_beyond(after, known, points), None) for point, after in points.items()}
     return Net(lanes, {point: lane for point, lane in behind.items() if lane is not None}, projector)
 
@@ -157,7 +149,8 @@ def _lane(lane: Any, edge: int, internal: bool, net_file: Path) -> Lane:
             f"{net_file}: lane '{shown(lane.getID())}' has a speed of {lane.getSpeed()} m/s, expected more than 0 "
             "(an OpenDRIVE import without a valid speed limit does that)"
         )
-    return Lane(lane.getID(), edge, internal, float(lane.getWidth()), shape, _successors(lane))
+    width_m, length_m = float(lane.getWidth()), float(lane.getLength())
+    return Lane(lane.getID(), edge, internal, width_m, length_m, shape, _successors(lane))
 
 
 def _successors(lane: Any) -> tuple[str, ...]:

@@ -322,12 +322,18 @@ class _Run:
 
 def _warnings(ground: Ground) -> list[str]:
     """Return what the user should know of a run that is valid but unusual."""
-    if abs(ground.options.step_s - CALIBRATED_STEP_S) < 1e-9:
-        return []
-    return [
-        f"thresholds were calibrated at steps of {CALIBRATED_STEP_S:g} s, this run has {ground.options.step_s:g} s:"
-        " false-alarm rates will differ"
-    ]
+    said = []
+    if abs(ground.options.step_s - CALIBRATED_STEP_S) > 1e-9:
+        said.append(
+            f"thresholds were calibrated at steps of {CALIBRATED_STEP_S:g} s, this run has {ground.options.step_s:g} s:"
+            " false-alarm rates will differ"
+        )
+    if stretched := ground.hd_map.stretched:
+        said.append(
+            f"{len(stretched)} lanes, such as '{stretched[0]}', have a shape more than a tenth longer or shorter than"
+            " their length: vehicles are faster or slower there than SUMO says"
+        )
+    return said
 
 
 def _method(scenario: Scenario, ground: Ground, watchers: Watchers) -> Method:

@@ -42,6 +42,7 @@ class Roster:
         self.left: list[int] = []
         self.departures: list[Departure] = []
         self._lane_index = lane_index
+        self._stretch = _Stretch(lane_index)
         self._equip = equip
         self._slots = Slots()
         self._types: dict[str, VehicleType] = {}
@@ -92,6 +93,7 @@ class Roster:
         way_m = front_m - self._front_m
         moved_m = np.hypot(way_m[:, 0], way_m[:, 1])
         longer_m = moved_m - self._moved_m
+        before = self._lane
         self._front_m, self._moved_m, self._lane = front_m, moved_m, lane
         if lane.min(initial=0) >= 0 and longer_m.max(initial=0.0) <= SUSPECT_M:
             return []
@@ -101,13 +103,21 @@ class Roster:
         jumped: list[str] = []
         for at, name in [(at, self._ids[at]) for at in doubtful]:
             if on_map[at]:
-                if moved_m[at] <= _reach_m(name, step_s):
+                if moved_m[at] <= self._reach_m(name, int(before[at]), step_s):
                     continue
                 jumped.append(name)
             self._leave(name)
         for name in jumped:
             del self._away[name]
         return jumped
+
+    def _reach_m(self, vehicle_id: str, lane_before: int, step_s: float) -> float:
+        """Return how far a vehicle may have moved in the last step without a jump, by its speed before and after it."""
+        vehicle = libsumo.vehicle
+        speed_mps = vehicle.getSpeed(vehicle_id)
+        before_mps = speed_mps - vehicle.getAcceleration(vehicle_id) * step_s
+        stretch = max(1.0, self._stretch.at(lane_before), self._stretch.of(vehicle.getLaneID(vehicle_id)))
+        return float(max(speed_mps, before_mps) * step_s * stretch + JUMP_MARGIN_M)
 
     def _read_all(self) -> tuple[Floats, Ints]:
         """Loop over the vehicles, the only such loop: plain getters, measured to be faster than subscriptions."""
@@ -218,11 +228,29 @@ class Roster:
         return self._types[type_id]
 
 
-def _reach_m(vehicle_id: str, step_s: float) -> float:
-    """Return how far a vehicle may have moved in the last step without a jump, by its speed before and after it."""
-    speed_mps = libsumo.vehicle.getSpeed(vehicle_id)
-    before_mps = speed_mps - libsumo.vehicle.getAcceleration(vehicle_id) * step_s
-    return float(max(speed_mps, before_mps) * step_s + JUMP_MARGIN_M)
+class _Stretch:
+    """How many metres of its shape a metre of a lane's length is: SUMO maps positions along the one onto the other."""
+
+    def __init__(self, lane_index: Mapping[str, int]) -> None:
+        self._index = lane_index
+        self._names: list[str] = []
+        self._known: dict[str, float] = {}
+
+    def of(self, lane_id: str) -> float:
+        """Return the length of a lane's shape over its length."""
+        if lane_id not in self._known:
+            shape = np.array(libsumo.lane.getShape(lane_id))[:, :2]
+            length_m = libsumo.lane.getLength(lane_id)
+            self._known[lane_id] = float(np.hypot(*np.diff(shape, axis=0).T).sum()) / length_m
+        return self._known[lane_id]
+
+    def at(self, lane: int) -> float:
+        """Return the same of the lane with an index in the HD map."""
+        if not self._names:
+            self._names = [""] * (1 + max(self._index.values()))
+            for name, index in self._index.items():
+                self._names[index] = self._names[index] or name
+        return self.of(self._names[lane])
 
 
 def _on_map(front_m: Floats, lane: Ints) -> Flags:

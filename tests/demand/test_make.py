@@ -27,7 +27,7 @@ def nets(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 
 
 def lane(edge: str, number: int, length: float) -> Lane:
-    return Lane(f"{edge}_{number}", 0, False, 3.5, np.array([[0.0, 0.0], [length, 0.0]]), ())
+    return Lane(f"{edge}_{number}", 0, False, 3.5, length, np.array([[0.0, 0.0], [length, 0.0]]), ())
 
 
 def made(net: Path, out: Path, seed: int = 1) -> dict[str, bytes]:

@@ -37,13 +37,14 @@ def assert_equal(one: HDMap, other: HDMap) -> None:
     assert one.points == other.points
     assert one.spacings_m == other.spacings_m
     assert one.projector == other.projector
+    assert one.stretched == other.stretched
     for group in ("lanes", "index", "sides"):
         for name, array in getattr(one, group)._asdict().items():
             twin = getattr(getattr(other, group), name)
             assert (array.dtype, array.shape, array.tobytes()) == (twin.dtype, twin.shape, twin.tobytes()), name
             assert type(array) is type(twin) is np.ndarray
             assert array.flags.c_contiguous
-    assert len(fields(HDMap)) == 7
+    assert len(fields(HDMap)) == 8
 
 
 def test_true_layer_is_the_net_itself(bend):
@@ -166,6 +167,7 @@ def test_the_cache_holds_no_half_map(bend, tmp_path):
         "projection",
         "offset_m",
         "spacings_m",
+        "stretched",
     }
 
 

@@ -53,6 +53,13 @@ def test_successors_lead_through_internal_lanes(plain_net):
             assert found[name].shape_m[0] == pytest.approx(lane.shape_m[-1], abs=1e-6)
 
 
+@pytest.mark.parametrize(("length", "named"), [("200.00", ()), ("190.00", ()), ("150.00", ("ba_0",))])
+def test_lanes_whose_length_is_not_that_of_their_shape_are_named(two_way, tmp_path, length, named):
+    net = tmp_path / "net.net.xml"
+    net.write_text(re.sub(r'(<lane id="ba_0"[^>]* length=")[\d.]+"', rf'\g<1>{length}"', net_text(two_way)))
+    assert compile_map(net, ()).stretched == named
+
+
 def test_a_lane_that_is_only_a_point_is_passed_through(plain_net):
     nodes = 'id="a" x="0" y="0"\nid="b" x="90" y="0"\nid="c" x="180" y="0"'
     net = plain_net(nodes, 'id="ab" from="a" to="b" speed="9"\nid="bc" from="b" to="c" speed="9"')

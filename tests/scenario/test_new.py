@@ -82,7 +82,7 @@ def test_the_same_seed_makes_the_same_folder(here: Path) -> None:
 
 
 def lane(name: str, *corners: tuple[float, float]) -> Lane:
-    return Lane(name, 0, False, 3.2, np.array(corners), ())
+    return Lane(name, 0, False, 3.2, 100.0, np.array(corners), ())
 
 
 LONG = lane("long_0", (0.0, 0.0), (900.0, 0.0))

@@ -1,3 +1,4 @@
+import re
 from math import dist
 
 import libsumo
@@ -115,6 +116,23 @@ def test_jump_ends_one_vehicle_and_begins_another_in_the_same_step(scenario, lan
     assert spans(frames) == {"v": (0, jump.step - 1, jump.step), "v#2": (jump.step, 19, 20 - jump.step)}
     assert jump.step in (10, 11)
     assert jump.left == [departure.row for departure in jump.departures] == [0]
+
+
+@pytest.mark.parametrize("share", [0.3, 1.0, 3.0])
+def test_driving_along_a_lane_with_another_length_than_its_shape_is_no_jump(scenario, run, share):
+    """SUMO maps positions along the length onto the shape: a tenth of a third of it is a tenth of the shape."""
+    config = scenario('<vType id="car" sigma="0"/>' + TRIP)
+    net = config.with_name("grid.net.xml")
+    text = net.read_text()
+    (length,) = set(re.findall(r'<lane id="A0B0_\d"[^>]* length="([\d.]+)"', text))
+    shorter = rf'\g<1>{float(length) * share:.2f}"'
+    net.write_text(re.sub(r'(<lane id="A0B0_\d"[^>]* length=")[\d.]+"', shorter, text))
+    frames, _ = run(config)
+    assert list(spans(frames)) == ["v"]
+    steps = [frame for frame in frames if len(frame.rows)]
+    way = np.hypot(*np.diff(np.concatenate([frame.front_m for frame in steps]), axis=0).T)
+    assert way.sum() == pytest.approx(400.0, abs=40.0)  # it departs with its rear at the beginning
+    assert (way.max() > 2.0) == (share < 1.0)
 
 
 def test_driving_at_any_speed_is_no_jump(scenario, run):
