@@ -7,9 +7,12 @@ import pytest
 from rich.table import Table
 from rich.text import Text
 
+from gpsec.console.bars import Bars
 from gpsec.console.complaint import complain, say
+from gpsec.console.status import status
 from gpsec.console.terminal import Terminal
 from gpsec.errors import GpsecError, nearest, printable, retold, shown
+from gpsec.progress import Progress
 
 # Sets the colour, goes back in the line, ends the string of a title, turns the direction of reading, no character.
 STEERING = "\x1b[31m", "\r", "\x9c", "\u202e", "\u2066", "\udc80", "\x00", "\u2028"
@@ -74,6 +77,20 @@ def test_what_rich_draws_itself_is_not_escaped() -> None:
     out = io.StringIO()
     Terminal(file=out, force_terminal=True, color_system="standard", _environ={}).print(Text("a\x1b[2J", style="bold"))
     assert out.getvalue() == "\x1b[1ma\\x1b[2J\x1b[0m\n"
+
+
+@pytest.mark.parametrize("name", ["[bold]a[/bold]", "[/x]", "a[red]", ":car:"])
+def test_names_are_no_markup(name: str) -> None:
+    out = io.StringIO()
+    console = Terminal(file=out, width=60, force_terminal=True, emoji=False, _environ={"TERM": "dumb"})
+    table = Table("plan")
+    table.add_row(name)
+    console.print(table)
+    with status(console, f"{name}: ") as tell:
+        tell("reading")
+    with Bars(console, [name]) as bars:
+        bars(Progress(name, note=name))
+    assert out.getvalue().count(name) > 2
 
 
 def test_lines_for_the_user_are_escaped(capsys: pytest.CaptureFixture[str]) -> None:

@@ -50,7 +50,7 @@ class Bar:
             SpinnerColumn(),
             BarColumn(bar_width=32),
             MofNCompleteColumn(),
-            TextColumn("{task.description}"),
+            TextColumn("{task.description}", markup=False),
             TimeElapsedColumn(),
             console=console,
         )

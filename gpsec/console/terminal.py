@@ -12,11 +12,11 @@ from gpsec.errors import printable
 
 
 class Terminal(Console):
-    """A console on which every text is escaped, and only what rich itself draws is not."""
+    """A console on which every text is shown as it is: escaped, and without rich's markup being heeded in it."""
 
     def render_str(self, text: str, **form: Any) -> Text:
         """Return a text with its form; it is measured as it is shown."""
-        return super().render_str(_escaped(text), **form)
+        return super().render_str(_escaped(text), **form | {"markup": False})
 
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
         """Yield the parts of what is printed."""

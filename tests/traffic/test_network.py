@@ -80,6 +80,7 @@ class Listener:
             connection.close()
 
     def close(self) -> None:
+        self._socket.shutdown(socket.SHUT_RDWR)  # wakes who waits for the next one
         self._socket.close()
 
 
@@ -155,6 +156,19 @@ def test_an_address_in_an_included_file_is_found(scenario, listener: Listener) -
     config = scenario(TRIP, '<include href="inner.xml"/>')
     (config.parent / "inner.xml").write_text(f"<additional>{filled(HIDDEN, listener)}</additional>")
     assert "inner.xml: edgeData: file: expected a file" in run_here(config)
+    assert listener.connections == 0
+
+
+@pytest.mark.parametrize(
+    "reading",
+    [
+        '<include href="{url}/a.xml"/>',
+        '<include href="{address}"/>',
+        '<rerouter id="r" edges="A0B0" file="{url}/a.xml"/>',
+    ],
+)
+def test_nothing_is_read_from_elsewhere(reading: str, scenario, listener: Listener) -> None:
+    run_here(scenario(CAR + TRIP, filled(reading, listener)))
     assert listener.connections == 0
 
 
