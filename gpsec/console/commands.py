@@ -6,13 +6,13 @@ from typing import Annotated, Literal
 
 import typer
 
+from gpsec import shipped
 from gpsec.console.complaint import complain, say
 from gpsec.console.listing import KINDS, lines
 from gpsec.errors import GpsecError
 
 app = typer.Typer(
     name="gpsec",
-    add_completion=False,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -23,7 +23,10 @@ _Set = Annotated[
     typer.Option("--set", metavar="KEY=VALUE", help="Change a key of gpsec.toml, such as fleet.profile=consumer."),
 ]
 _Scenarios = Annotated[
-    list[str], typer.Argument(metavar="SCENARIO", help="A scenario folder, its gpsec.toml, or any .sumocfg.")
+    list[str],
+    typer.Argument(
+        metavar="SCENARIO", help="A scenario folder, its gpsec.toml, any .sumocfg, or a name of `gpsec list scenarios`."
+    ),
 ]
 _Profile = Annotated[
     str | None, typer.Option("--profile", metavar="P", help="Sensor profile of the whole fleet (fleet.profile).")
@@ -335,7 +338,10 @@ def demand(
 @app.command("list")
 def list_(
     kind: Annotated[str, typer.Argument(metavar="KIND", help=f"One of {', '.join(KINDS)}.")],
-    folder: Annotated[Path, typer.Option("--dir", metavar="DIR", help="Where scenarios are.")] = Path("scenarios"),
+    folder: Annotated[
+        Path | None,
+        typer.Option("--dir", metavar="DIR", help="Where scenarios are. [default: ./scenarios, and those of gpsec]"),
+    ] = None,
 ) -> None:
     """List what there is to choose from.
 
@@ -425,7 +431,9 @@ def paper(
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where tables and runs go.")] = Path(
         "results/paper"
     ),
-    folder: Annotated[Path, typer.Option("--dir", metavar="DIR", help="Where scenarios are.")] = Path("scenarios"),
+    folder: Annotated[
+        Path | None, typer.Option("--dir", metavar="DIR", help="Where scenarios are. [default: those of gpsec]")
+    ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Short runs and one seed: wide intervals.")] = False,
     jobs: Annotated[
         int | None, typer.Option(min=1, metavar="N", help="Runs at a time. [default: the cores there are]")
@@ -440,4 +448,4 @@ def paper(
     """  # noqa: D301
     from gpsec.console.paper import make_paper
 
-    make_paper(out, folder, quick, jobs)
+    make_paper(out, folder or shipped.scenarios(), quick, jobs)

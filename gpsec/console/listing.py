@@ -9,8 +9,8 @@ from gpsec.errors import GpsecError, nearest
 KINDS = ("attacks", "detectors", "responses", "profiles", "scenarios")
 
 
-def lines(kind: str, folder: Path) -> list[str]:
-    """Return a line for every part of one of `KINDS`; scenarios are those inside `folder`.
+def lines(kind: str, folder: Path | None) -> list[str]:
+    """Return a line for every part of one of `KINDS`; scenarios are those inside `folder`, or else those of gpsec.
 
     Raises:
         GpsecError: there is no such kind, or no scenario.
@@ -39,9 +39,13 @@ def lines(kind: str, folder: Path) -> list[str]:
     return _columns((name, _first_line(part)) for name, part in parts.items())
 
 
-def _scenarios(folder: Path) -> Iterable[tuple[str, str]]:
+def _scenarios(folder: Path | None) -> Iterable[tuple[str, str]]:
+    from gpsec import shipped
     from gpsec.scenario.paths import scenarios_in
 
+    if folder is None:
+        found = [*scenarios_in(Path("scenarios")), *scenarios_in(shipped.scenarios())]
+        return [(path.name, str(path)) for path in {path.resolve(): path for path in reversed(found)}.values()][::-1]
     found = scenarios_in(folder)
     if not found:
         raise GpsecError(f"{folder}: expected folders with a gpsec.toml or a .sumocfg, found none; name another --dir")

@@ -28,9 +28,7 @@ def make_paper(out: Path, scenarios: Path, quick: bool, jobs: int | None) -> Non
     """
     for network in (*TRAINING, *EVALUATION):
         if not (scenarios / network).is_dir():
-            raise GpsecError(
-                f"{scenarios / network}: expected a scenario of gpsec here; run this in a checkout of gpsec"
-            )
+            raise GpsecError(f"{scenarios / network}: expected a scenario of gpsec here; leave --dir out")
     console = messages()
     studies = Studies(scenarios, quick)
     with (

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from gpsec import shipped
 from gpsec.errors import GpsecError, nearest, shown
 from gpsec.sumohome import sumo_home
 
@@ -30,7 +31,7 @@ class Found:
 
 
 def find(argument: str | Path) -> Found:
-    """Return what `argument` stands for: a folder, a `gpsec.toml` or any `.sumocfg`.
+    """Return what `argument` stands for: a folder, a `gpsec.toml`, any `.sumocfg`, or a scenario of gpsec by its name.
 
     Raises:
         GpsecError: it is none of these, or the folder does not say which configuration is meant.
@@ -41,6 +42,8 @@ def find(argument: str | Path) -> Found:
         there = path.exists()
     except UNUSABLE as error:
         raise GpsecError(f"{shown(argument)}: cannot be used as a path: {reason(error)}") from None
+    if not there and path.name == str(argument) and (ours := shipped.scenarios() / path).is_dir():
+        return _in_folder(ours)
     if not there:
         raise GpsecError(f"{shown(argument)}: no such file or folder{_meant(path)}")
     if path.is_dir():
@@ -82,15 +85,16 @@ def scenarios_in(folder: Path) -> list[Path]:
 
 
 def expand(text: str, folder: Path) -> Path:
-    """Return the absolute path that `text` means: relative to `folder`, with `~` and a leading `$SUMO_HOME`."""
-    if text.startswith("$SUMO_HOME/"):
-        return (sumo_home() / text.removeprefix("$SUMO_HOME/")).resolve()
+    """Return the absolute path of `text`: relative to `folder`, or with `~`, `$SUMO_HOME` or `$GPSEC` in front."""
+    for prefix, base in (("$SUMO_HOME/", sumo_home), ("$GPSEC/", shipped.home)):
+        if text.startswith(prefix):
+            return (base() / text.removeprefix(prefix)).resolve()
     return (folder / Path(text).expanduser()).resolve()
 
 
 def portable(path: Path) -> str:
-    """Return `path` as it means the same on another machine: relative to SUMO, or to here, where it can be."""
-    for base, prefix in ((sumo_home().resolve(), "$SUMO_HOME/"), (Path.cwd(), "")):
+    """Return `path` as it means the same on another machine: relative to SUMO, to here or to gpsec, where it can be."""
+    for base, prefix in ((sumo_home().resolve(), "$SUMO_HOME/"), (Path.cwd(), ""), (shipped.home(), "$GPSEC/")):
         if path.is_relative_to(base):
             return prefix + path.relative_to(base).as_posix()
     return path.as_posix()
@@ -129,6 +133,7 @@ def _folder_name(folder: Path) -> str:
 
 def _meant(path: Path) -> str:
     here = {str(found): found for found in [*scenarios_in(Path("scenarios")), *scenarios_in(path.parent)]}
+    here |= {found.name: found for found in scenarios_in(shipped.scenarios())}
     for text, found in here.items():
         if found.name == path.name:
             return f"; did you mean '{shown(text)}'?"

@@ -15,6 +15,7 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
+from gpsec import shipped
 from gpsec.detection.logs import ResidualLog
 from gpsec.detection.models import MATCHINGS, ProfileModel, save
 from gpsec.detection.training import SETTLE_S, train_one
@@ -28,7 +29,6 @@ from gpsec.training.collect import record_traffic, recorded_traffic, residual_lo
 NETWORKS = ("mountain", "suburb", "beltway")
 # Runs of each network that thresholds are calibrated on: with all networks, enough for 0.1 false alarms an hour.
 CALIBRATION_RUNS = 3
-SCENARIOS = Path("scenarios")
 MODELS = Path(__file__).resolve().parents[1] / "models"
 
 _told: Any = None
@@ -78,10 +78,7 @@ def main(seed: int = 1, out: Path | None = None, jobs: int | None = None, networ
     networks = [network for network in NETWORKS if network in networks]
     console = Console()
     began = perf_counter()
-    configs = {network: SCENARIOS / network / f"{network}.sumocfg" for network in networks}
-    for path in configs.values():
-        if not path.is_file():
-            raise GpsecError(f"{path}: expected a training scenario here; run gpsec train in a checkout of gpsec")
+    configs = {network: shipped.scenarios() / network / f"{network}.sumocfg" for network in networks}
     nets = {network: resolve_options(path, seed=seed).net_file for network, path in configs.items()}
     processes = jobs or cores()
     first = (1 + CALIBRATION_RUNS) * seed

@@ -24,5 +24,5 @@ def test_tables_are_made_once_at_a_time(tmp_path: Path, capsys: pytest.CaptureFi
 
 def test_tables_are_made_where_the_scenarios_are(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["paper", "--dir", str(tmp_path), "--out", str(tmp_path / "out")]) == 2
-    assert "run this in a checkout of gpsec" in capsys.readouterr().err
+    assert "leave --dir out" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()

@@ -1,7 +1,7 @@
 import pytest
 from rich.console import Console
 
-from gpsec import cli
+from gpsec import cli, shipped
 from gpsec.training import command
 
 
@@ -23,4 +23,4 @@ def test_elsewhere_than_on_a_terminal_progress_is_plain_lines(capsys, tmp_path):
 
 @pytest.mark.parametrize("network", command.NETWORKS)
 def test_every_training_network_has_a_scenario(network):
-    assert (command.MODELS.parents[1] / command.SCENARIOS / network / f"{network}.sumocfg").is_file()
+    assert (shipped.scenarios() / network / f"{network}.sumocfg").is_file()
