@@ -280,30 +280,43 @@ def check(scenarios: _Scenarios, profile: _Profile = None, set_: _Set = None) ->
 
 @app.command("import")
 def import_(
-    map_file: Annotated[Path, typer.Argument(metavar="MAP", help="An OpenDRIVE map (.xodr).")],
+    map_file: Annotated[
+        Path,
+        typer.Argument(metavar="MAP", help="An OpenDRIVE map (.xodr) or an OpenStreetMap extract (.osm, .osm.gz)."),
+    ],
     out: Annotated[
         Path | None, typer.Option("--out", metavar="NET", help="The net to write. [default: MAP.net.xml, here]")
     ] = None,
     origin: Annotated[
-        str | None, typer.Option(metavar="LAT,LON", help="Where the map's origin lies. [default: what the map says]")
+        str | None,
+        typer.Option(metavar="LAT,LON", help="Where an OpenDRIVE map's origin lies. [default: what the map says]"),
+    ] = None,
+    left_hand: Annotated[
+        bool | None,
+        typer.Option(
+            "--left-hand/--right-hand",
+            help="The side that traffic keeps to on an OpenStreetMap extract. [default: found out]",
+        ),
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace what is there.")] = False,
     allow_loss: Annotated[
         bool, typer.Option("--allow-loss", help="Exit status 0 also where the net is without more than 3 % of the map.")
     ] = False,
 ) -> None:
-    """Make a SUMO net of an OpenDRIVE map, and check its lanes against the map's.
+    """Make a SUMO net of an OpenDRIVE map, and check its lanes against the map's; or of an OpenStreetMap extract.
 
-    Writes the net, a CSV with the errors of each lane (NET.check.csv) and a picture of them (NET.check.png).
+    Of an OpenDRIVE map it writes the net, a CSV with the errors of each lane (NET.check.csv) and a picture of them
+    (NET.check.png); of OpenStreetMap, which has no lanes to check against, the net.
 
     \b
     Examples:
       gpsec import town.xodr
       gpsec import town.xodr --out nets/town.net.xml --origin 52.26,10.53
+      gpsec import city.osm.gz
     """  # noqa: D301
     from gpsec.console.importing import import_ as import_map
 
-    import_map(map_file, out, origin, overwrite, allow_loss)
+    import_map(map_file, out, origin, left_hand, overwrite, allow_loss)
 
 
 @app.command()

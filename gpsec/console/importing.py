@@ -1,9 +1,10 @@
-"""`gpsec import`: a net from an OpenDRIVE map, and a verdict on it."""
+"""`gpsec import`: a net from a map, and a verdict on it."""
 
 from math import sqrt
 from pathlib import Path
 
 from gpsec.console.complaint import say
+from gpsec.console.openstreetmap import import_osm
 from gpsec.console.status import status
 from gpsec.console.terminal import messages
 from gpsec.detection.models import thresholds_for
@@ -12,6 +13,7 @@ from gpsec.opendrive.check import MOST_LOST_SHARE, Check, Figures
 from gpsec.opendrive.importing import Imported, import_map
 from gpsec.opendrive.lanes import NARROWEST_M
 from gpsec.opendrive.netfile import NET_SUFFIX
+from gpsec.openstreetmap.extract import is_extract
 from gpsec.sensors.profiles import residual_sigma_m
 from gpsec.sensors.registry import PROFILES
 
@@ -20,16 +22,27 @@ RATE = "1e-3/sample"
 _BUSY_SHARE = 1e-3
 
 
-def import_(map_file: Path, out: Path | None, origin: str | None, overwrite: bool, allow_loss: bool) -> None:
+def import_(
+    map_file: Path, out: Path | None, origin: str | None, left_hand: bool | None, overwrite: bool, allow_loss: bool
+) -> None:
     """Import a map and print what came of it.
 
     Raises:
-        GpsecError: the map, the origin or the output cannot be used.
+        GpsecError: the map, an option or the output cannot be used.
         MachineError: the net, which is written then, has too little of the map and `allow_loss` does not accept that.
     """
     if not map_file.is_file():
-        raise GpsecError(f"{map_file}: expected an OpenDRIVE map, found no such file")
-    target = out or Path(f"{map_file.name.removesuffix('.xodr')}{NET_SUFFIX}")
+        raise GpsecError(f"{map_file}: expected an OpenDRIVE map or an OpenStreetMap extract, found no such file")
+    target = out or Path(f"{_stem(map_file)}{NET_SUFFIX}")
+    if is_extract(map_file):
+        if origin is not None:
+            raise GpsecError(f"--origin {origin}: expected an OpenDRIVE map; OpenStreetMap says itself where it lies")
+        import_osm(map_file, target, left_hand, overwrite)
+        return
+    if left_hand is not None:
+        raise GpsecError(
+            "--left-hand: expected an OpenStreetMap extract; an OpenDRIVE map says itself which side it is"
+        )
     place = None if origin is None else parse_origin(origin)
     with status(messages(), f"{map_file.name}: ") as tell:
         done = import_map(map_file, target, origin_deg=place, alarm_m=alarm_levels_m(), overwrite=overwrite, tell=tell)
@@ -40,6 +53,13 @@ def import_(map_file: Path, out: Path | None, origin: str | None, overwrite: boo
             f"{map_file}: {done.check.overall.unmatched_share:.1%} of its lanes' length, more than "
             f"{MOST_LOST_SHARE:.0%}, has no lane in {done.net}, which was written; --allow-loss accepts that"
         )
+
+
+def _stem(map_file: Path) -> str:
+    name = map_file.name
+    for suffix in (".gz", ".bz2", ".xml", ".xodr", ".osm"):
+        name = name.removesuffix(suffix)
+    return name
 
 
 def parse_origin(text: str) -> tuple[float, float]:
