@@ -13,6 +13,7 @@ import shutil
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from uuid import uuid4
@@ -206,6 +207,7 @@ def _digest(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
+@cache
 def _versioned(name: str, digest: str, *packages: str) -> str:
     versions = " ".join(f"{package} {version(package)}" for package in packages)
     return f"{name}-{hashlib.sha256(f'{digest} {versions}'.encode()).hexdigest()[:16]}"

@@ -3,9 +3,12 @@
 import hashlib
 import json
 import os
+import platform
+import re
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache, cached_property, update_wrapper
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Generic, ParamSpec, TypeVar, cast
 
@@ -16,6 +19,8 @@ from gpsec import caches
 P = ParamSpec("P")
 R = TypeVar("R")
 
+# What Linux says of a processor that LLVM goes by, on x86 and on ARM; the rest changes from one moment to the next.
+_PROCESSOR = re.compile(r"(vendor_id|cpu family|model|model name|stepping|flags|Features|CPU \w+)\s*:")
 # Where processes that only compile note which kernels are taken; None where kernels are run.
 _claims: Path | None = None
 
@@ -141,12 +146,12 @@ def note_rehearsal(names: Iterable[str]) -> None:
 
 @cache
 def _machine() -> str:
-    """Return what numba asks of kept code to fit: Python and the processor. This does not import numba."""
-    from llvmlite import binding
-
-    name = os.environ.get("NUMBA_CPU_NAME") or binding.get_host_cpu_name()
-    features = os.environ.get("NUMBA_CPU_FEATURES") or binding.get_host_cpu_features().flatten()
-    return f"{sys.implementation.cache_tag} {binding.get_process_triple()} {name} {features}"
+    """Return what decides whether numba loads kept code: Python and the processor; asking LLVM would take long."""
+    told = [os.environ.get(name, "") for name in ("NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES")]
+    listed = Path("/proc/cpuinfo")
+    first = listed.read_text("utf-8").partition("\n\n")[0] if listed.exists() else platform.processor()
+    lines = [line for line in first.splitlines() if _PROCESSOR.match(line)] or [first]
+    return "\n".join([str(sys.implementation.cache_tag), version("llvmlite"), platform.machine(), *told, *lines])
 
 
 def compile_seconds() -> float:

@@ -8,6 +8,7 @@ import hashlib
 import pickle
 import sys
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -24,9 +25,14 @@ entries: set[Path] = set()
 def keep(dispatcher: Any) -> None:
     """Let what `dispatcher` compiles be kept, where its sources can be found."""
     owner = sources.owner(dispatcher.py_func.__module__)
-    folder, stamp = caches.kernel_folder(owner), sources.digest(owner)
+    folder, stamp = _folder(owner), sources.digest(owner)
     if folder is not None and stamp is not None:
         dispatcher._cache = _Cache(dispatcher, _Locator(dispatcher.py_func, folder, stamp))
+
+
+@cache
+def _folder(owner: str) -> Path | None:
+    return caches.kernel_folder(owner)
 
 
 class _Locator(caching._CacheLocator):  # type: ignore[misc]
