@@ -59,6 +59,17 @@ def test_an_alarm_that_stands_when_the_attack_begins_detects_at_once_and_is_note
     np.testing.assert_array_equal(scene.state.onsets[1, 0], [1, 1])
 
 
+@pytest.mark.parametrize(("before", "first", "stood"), [("-", "A", False), ("A", "-", True), ("-", "-", False)])
+def test_only_the_alarm_before_the_attack_stood_when_it_began(before, first, stood):
+    """An alarm that is raised in the very step of the attack is a detection, and one that ends there did stand."""
+    scene = Scene()
+    play(scene, 0, before)
+    scene.fork(0, 1, plan=1, step=1)
+    play(scene, 1, first + "A", first_step=1)
+    assert scene.state.in_alarm_at_start[1, 0] == stood
+    assert scene.state.detection_step[1, 0] == (1 if first == "A" else 2)
+
+
 def test_an_alarm_that_stands_at_settling_is_one_false_alarm():
     scene = Scene()
     scene.tracks.settled[0] = False

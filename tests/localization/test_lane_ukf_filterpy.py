@@ -1,0 +1,124 @@
+"""The UKF of `ukf5` against filterpy's, with the lane as one writes it down by hand: a line, and a circle."""
+
+from collections.abc import Callable
+from math import atan2, cos, exp, hypot, pi, sin, sqrt, tan
+
+import numpy as np
+import pytest
+from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
+
+from gpsec.hdmap.map import HDMap, compile_map
+from gpsec.hdmap.search import NEAREST, TRACKED
+from gpsec.localization import lane_ukf, learning
+from gpsec.localization.noise_table import noise_table
+
+from .rig import FIGURES, STEP_S
+
+# East, north, yaw, scale error of the odometer, gyro bias, slow error of the camera: where a filter's state has them.
+AT = [0, 1, 2, learning.SCALE, learning.GYRO, learning.SLOW]
+OFFSET_SIGMA_M, SLOPE_SIGMA = 0.07, 0.012
+RADIUS_M = 50.0
+
+View = Callable[[np.ndarray], np.ndarray]
+
+
+def on_the_line(state: np.ndarray) -> np.ndarray:
+    """Offset (Eq 6) and slope of a lane due east along y = 0; the camera's slow error adds to the offset."""
+    _, y, yaw, _, _, camera = state
+    return np.array([y / cos(yaw) + camera, tan(-yaw)])
+
+
+def on_the_circle(state: np.ndarray) -> np.ndarray:
+    """The same of a left turn about (0, 50)."""
+    x, y, yaw, _, _, camera = state
+    turn = atan2(x, RADIUS_M - y) - yaw
+    return np.array([(RADIUS_M - hypot(x, RADIUS_M - y)) / cos(turn) + camera, tan(turn)])
+
+
+@pytest.fixture(scope="module")
+def circle(plain_net) -> HDMap:
+    angles = np.linspace(0.0, pi / 2, 3000)
+    shape = " ".join(f"{RADIUS_M * sin(a):.9f},{RADIUS_M * (1.0 - cos(a)):.9f}" for a in angles)
+    nodes = f'id="a" x="0" y="0"\nid="b" x="{RADIUS_M}" y="{RADIUS_M}"'
+    edge = f'id="ab" from="a" to="b" speed="13.9" spreadType="center" shape="{shape}"'
+    return compile_map(plain_net(nodes, edge), ())
+
+
+def begin(x: float, y: float, yaw: float) -> tuple[np.ndarray, np.ndarray]:
+    """A state in which every active one is uncertain, off zero and correlated with the others."""
+    mean = np.zeros(learning.LEARNING_STATES)
+    mean[AT] = x, y, yaw, 0.01, -2e-3, 0.08
+    root = np.random.default_rng(2).normal(size=(6, 6))
+    scale = np.array([0.4, 0.2, 0.02, 0.01, 1e-3, 0.05])
+    covariance = np.zeros((learning.LEARNING_STATES,) * 2)
+    correlated = root @ root.T / 6.0 + np.eye(6)
+    covariance[np.ix_(AT, AT)] = scale[:, None] * correlated * scale
+    return mean, covariance
+
+
+def filterpys(mean: np.ndarray, covariance: np.ndarray, view: View, seen: np.ndarray) -> UnscentedKalmanFilter:
+    points = MerweScaledSigmaPoints(n=6, alpha=1.0, beta=2.0, kappa=0.0)
+    oracle = UnscentedKalmanFilter(dim_x=6, dim_z=2, dt=STEP_S, hx=view, fx=None, points=points)
+    oracle.x, oracle.P = mean[AT].copy(), covariance[np.ix_(AT, AT)].copy()
+    oracle.R = np.diag([OFFSET_SIGMA_M**2, SLOPE_SIGMA**2])
+    oracle.sigmas_f = points.sigma_points(oracle.x, oracle.P)
+    oracle.update(seen)
+    return oracle
+
+
+@pytest.mark.parametrize("mode", [TRACKED, NEAREST])
+@pytest.mark.parametrize("off", [(0.3, 0.05), (-0.3, -0.05)])
+@pytest.mark.parametrize("turning", [False, True])
+def test_every_state_is_corrected_as_filterpy_does(straight, circle, mode, off, turning):
+    hd_map, view = (circle, on_the_circle) if turning else (straight, on_the_line)
+    angle = 0.6
+    at = (RADIUS_M * sin(angle), RADIUS_M * (1.0 - cos(angle)), angle) if turning else (200.0, 0.4, 0.1)
+    mean, covariance = begin(*at)
+    hint = -1
+    for _ in range(5):
+        seen = view(mean[AT]) + np.array(off)
+        oracle = filterpys(mean, covariance, view, seen)
+        before = mean.copy()
+        room = lane_ukf.room()
+        hint, repairs = lane_ukf.update(
+            mean, covariance, room, hd_map.lanes, hd_map.index, mode, 0, 0, hint, *seen, OFFSET_SIGMA_M, SLOPE_SIGMA
+        )
+        assert (hint >= 0, repairs) == (True, 0)
+        # The circle of the map has chords of 2.6 cm.
+        np.testing.assert_allclose(mean[AT], oracle.x, rtol=0.0, atol=5e-4 if turning else 1e-9)
+        np.testing.assert_allclose(covariance[np.ix_(AT, AT)], oracle.P, rtol=0.0, atol=5e-5 if turning else 1e-9)
+        assert (np.abs(mean[AT] - before[AT]) > 0.0).all()
+
+
+@pytest.mark.parametrize("ago_s", [1.0, 100.0])
+def test_the_cameras_mounting_stays_and_its_bias_fades(ago_s):
+    """Of a camera that is off by 8 cm the part goes that is likely bias; what a long time leaves is the mounting."""
+    f, table = FIGURES, noise_table([FIGURES])
+    bias, mount = f.camera_bias_m**2, f.camera_mount_m**2
+    mean, covariance = begin(0.0, 0.0, 0.0)
+    covariance[learning.SLOW] = covariance[:, learning.SLOW] = 0.0
+    covariance[learning.SLOW, learning.SLOW] = bias + mount
+    decay = 1.0 - bias / (bias + mount) * (1.0 - exp(-STEP_S / f.camera_bias_tau_s))
+    steps = round(ago_s / STEP_S)
+    for _ in range(steps):
+        learning.predict(mean, covariance, table, 0, 10.0, 0.0, STEP_S, True)
+    assert mean[learning.SLOW] == pytest.approx(0.08 * decay**steps, rel=1e-9)
+    assert covariance[learning.SLOW, learning.SLOW] == pytest.approx(bias + mount, rel=1e-9)
+    # Without GNSS there is nothing that the receiver's slow error could add.
+    assert covariance[learning.SLOW_NORTH, learning.SLOW_NORTH] == 0.0
+
+
+def test_what_a_lasting_offset_shows_is_shared_by_its_variance(straight):
+    """On a straight lane the filter cannot tell a camera that is off from a vehicle that is: each takes its share."""
+    mean, covariance = np.zeros(learning.LEARNING_STATES), np.zeros((learning.LEARNING_STATES,) * 2)
+    mean[0] = 200.0
+    across, slow, white = 0.09, 0.0025, OFFSET_SIGMA_M**2
+    covariance[0, 0] = 1.0
+    covariance[1, 1], covariance[learning.SLOW, learning.SLOW] = across, slow
+    lanes, index, room = straight.lanes, straight.index, lane_ukf.room()
+    lane_ukf.update(mean, covariance, room, lanes, index, TRACKED, 0, 0, -1, 0.2, 0.0, OFFSET_SIGMA_M, SLOPE_SIGMA)
+    total = across + slow + white
+    assert mean[1] == pytest.approx(0.2 * across / total, rel=1e-6)
+    assert mean[learning.SLOW] == pytest.approx(0.2 * slow / total, rel=1e-6)
+    assert sqrt(covariance[1, 1]) == pytest.approx(sqrt(across - across**2 / total), rel=1e-6)
+    assert covariance[1, learning.SLOW] == pytest.approx(-across * slow / total, rel=1e-6)
