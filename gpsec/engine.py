@@ -9,6 +9,7 @@ import numpy as np
 
 from gpsec.arrays import Flags, Floats, Ints
 from gpsec.detection.base import Detector, LabelledDetector
+from gpsec.detection.pairing import Sampling
 from gpsec.fleet import Measurements, Rows, Tracks, Vehicles
 from gpsec.kernels import compile_seconds
 from gpsec.threads import Threads
@@ -93,9 +94,16 @@ class Method(Protocol):
         ...
 
     def step(
-        self, rows: Ints, tracks: Tracks, vehicles: Vehicles, seen: Measurements, threads: Threads, watch: Stopwatch
+        self,
+        number: int,
+        rows: Ints,
+        tracks: Tracks,
+        vehicles: Vehicles,
+        seen: Measurements,
+        threads: Threads,
+        watch: Stopwatch,
     ) -> None:
-        """Take one step of the track rows `rows`; sets residuals in `tracks` and `answers`."""
+        """Take step `number` (from 0) of the track rows `rows`; sets residuals in `tracks` and `answers`."""
         ...
 
 
@@ -108,6 +116,7 @@ class Watchers:
         detectors: themselves.
         thresholds: (profiles, K).
         scale_m: (profiles,) standard deviation of the residual that each profile promises.
+        sampling: how old samples may be of which a residual is formed.
 
     """
 
@@ -115,3 +124,4 @@ class Watchers:
     detectors: tuple[Detector | LabelledDetector, ...]
     thresholds: Floats
     scale_m: Floats
+    sampling: Sampling

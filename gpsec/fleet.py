@@ -15,6 +15,9 @@ import numpy as np
 
 from gpsec.arrays import Flags, Floats, Ints, Keys
 
+# A residual stands for a tenth of a second, whatever the step: detectors score at most so often, and learned so.
+SAMPLE_S = 0.1
+
 
 class Rows:
     """Base of every structure of arrays: a dataclass whose fields are arrays with the row as first axis.
@@ -208,8 +211,9 @@ class Tracks(Rows):
         fix_valid: (M,) there is one in this step.
         deviation_m: (M,) cross-track error of the undefended estimate after the last step, kept while attacked.
         segment: (M,) map segment (of the vehicle's map) that the fix was matched to, -1 before.
-        residual_m: (M,) camera offset minus map-matched offset of the fix; 0 where not valid.
-        residual_valid: (M,) both offsets are there in this step.
+        residual_m: (M,) camera offset minus map-matched offset of the paired fix; 0 where not valid.
+        residual_valid: (M,) a residual was formed in this step.
+        paired_m: (M, 2) the fix that it was formed of, carried on to now by odometer, gyro and heading.
     """
 
     vehicle: Ints
@@ -224,6 +228,7 @@ class Tracks(Rows):
     segment: Ints
     residual_m: Floats
     residual_valid: Flags
+    paired_m: Floats
 
     @classmethod
     def empty(cls, capacity: int) -> Self:
@@ -242,4 +247,5 @@ class Tracks(Rows):
             segment=np.full(n, -1, np.int32),
             residual_m=np.zeros(n),
             residual_valid=np.zeros(n, np.bool_),
+            paired_m=np.zeros((n, 2)),
         )

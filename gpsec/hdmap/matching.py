@@ -102,48 +102,6 @@ def locate(
 
 
 @kernel
-def lateral_residual(
-    rows: Ints,
-    lanes: MapArrays,
-    index: MatchIndex,
-    mode: int,
-    layer_of_profile: Ints,
-    vehicle: Ints,
-    fix_m: Floats,
-    fix_valid: Flags,
-    segment: Ints,
-    residual_m: Floats,
-    residual_valid: Flags,
-    profile: Ints,
-    lane: Ints,
-    heading_rad: Floats,
-    lane_poly: Floats,
-    camera_valid: Flags,
-) -> None:
-    """Set z = d_camera - d_map of the track rows `rows`; the arguments are fields of the fleet's arrays.
-
-    d_camera = -C0 (Eq 1) and d_map = d1 of the fix on the vehicle's own map (Eqs 2-6).
-    """
-    for row in rows:
-        v = vehicle[row]
-        residual_m[row] = 0.0
-        residual_valid[row] = False
-        if not (fix_valid[row] and camera_valid[v]):
-            continue
-        x = fix_m[row, 0]
-        y = fix_m[row, 1]
-        here = match(lanes, index, mode, layer_of_profile[profile[v]], lane[v], x, y, heading_rad[v], segment[row])
-        segment[row] = here
-        if here < 0:
-            continue
-        offset, cosine = offset_on(lanes, here, x, y, heading_rad[v], mode == TRACKED)
-        if abs(cosine) < MIN_COS:
-            continue
-        residual_m[row] = -lane_poly[v, 0] - offset
-        residual_valid[row] = True
-
-
-@kernel
 def offsets(
     lanes: MapArrays,
     index: MatchIndex,

@@ -20,8 +20,9 @@ class FilterNoise:
         gnss_white_m: standard deviation of the white part, per axis.
         gnss_bias_m, gnss_bias_tau_s: standard deviation and correlation time of the slow part, per axis.
         gnss_period_s: time between fixes.
-        odometer_white_mps: standard deviation of a speed sample; odometer_scale: of the relative scale error.
-        gyro_white_rps: standard deviation of a yaw-rate sample; gyro_bias_rps: of its bias.
+        odometer_white_mps, gyro_white_rps: standard deviation of speed and yaw rate over a step that, independent from
+            step to step, adds up to the error of way and angle; where a sample is held for n steps, √n times its own.
+        odometer_scale: of the relative scale error; gyro_bias_rps: of the gyro's bias.
         heading_rad: standard deviation of the heading with which a filter starts.
         residual_m: standard deviation of camera offset minus map offset of an honest fix.
         gyro_bias_tau_s: correlation time of the gyro's bias.

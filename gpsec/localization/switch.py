@@ -2,7 +2,7 @@
 
 On an alarm, or when fixes stop coming, a defence isolates GNSS. It re-joins when its detector has been quiet for
 `hold_s` and fixes have agreed with what the vehicle knows for `rejoin_s`: laterally by the residual, along the lane by
-the distance to the estimate.
+the distance from the estimate to the fix that the residual is of, carried on to now.
 """
 
 from collections.abc import Callable
@@ -12,7 +12,7 @@ from math import cos, sin
 import numpy as np
 
 from gpsec.arrays import Flags, Floats, Ints
-from gpsec.fleet import Measurements, Tracks, Vehicles
+from gpsec.fleet import SAMPLE_S, Measurements, Tracks, Vehicles
 from gpsec.kernels import inline, kernel
 from gpsec.localization import ekf, learning, ukf
 from gpsec.localization.noise_table import NoiseTable
@@ -179,8 +179,7 @@ class Localization:
             self._room(),
             filters.arrays(),
             tracks.vehicle,
-            tracks.fix_m,
-            tracks.fix_valid,
+            tracks.paired_m,
             tracks.residual_m,
             tracks.residual_valid,
             vehicles.profile,
@@ -319,8 +318,7 @@ def _rejoin(
     room: Ints,
     filters: FilterArrays,
     vehicle: Ints,
-    fix_m: Floats,
-    fix_valid: Flags,
+    paired_m: Floats,
     residual_m: Floats,
     residual_valid: Flags,
     profile: Ints,
@@ -328,10 +326,10 @@ def _rejoin(
     joins, before = room[0], room[1]
     for row in rows:
         q = profile[vehicle[row]]
-        x = fix_m[row, 0]
-        y = fix_m[row, 1]
+        x = paired_m[row, 0]
+        y = paired_m[row, 1]
         lost = _is_lost(filters.fix_age_s[row], outage_s, table.gnss_period_s[q])
-        comparable = fix_valid[row] and residual_valid[row]
+        comparable = residual_valid[row]
         any_joins = False
         for d in range(len(detector)):
             joins[d] = 0
@@ -346,7 +344,7 @@ def _rejoin(
                     agrees = abs(residual_m[row]) <= _GATE_SIGMAS * table.residual_m[q] and _is_near(
                         filters, row, d, learns[d], table, q, x, y
                     )
-                    agreed_s = filters.consistent_s[row, d] + max(table.gnss_period_s[q], step_s)
+                    agreed_s = filters.consistent_s[row, d] + max(table.gnss_period_s[q], SAMPLE_S, step_s)
                     filters.consistent_s[row, d] = agreed_s if agrees else 0.0
             # Half a step of tolerance: sums of steps do not meet round figures exactly.
             quiet = filters.quiet_s[row, d] >= hold_s - 0.5 * step_s

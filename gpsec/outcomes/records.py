@@ -89,7 +89,7 @@ def vehicles_table(study: Study, tracks: ClosedTracks, scenario: str, seed: int)
         "depart_s": _spread(tracks.depart_s, study),
         "arrive_s": _spread(only(tracks.arrive_s, tracks.arrived), study),
         "vehicle_seconds": _spread(settled * study.step_s, study),
-        "scored_seconds": state.counts[:, k, TP : TN + 1].sum(axis=2) * study.step_s,
+        "scored_seconds": state.counts[:, k, TP : TN + 1].sum(axis=2) * study.sample_s,
         "alarms": state.onsets[:, k, ALL],
         "false_alarms": state.onsets[:, k, FALSE],
         "rmse_xy_m": cells(rmse(squared[..., X] + squared[..., Y], settled[:, None] + np.zeros(len(k)))),

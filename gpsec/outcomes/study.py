@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from gpsec.arrays import Floats, Ints
+from gpsec.fleet import SAMPLE_S
 
 
 @dataclass(frozen=True)
@@ -28,6 +29,11 @@ class Study:
     profiles: tuple[str, ...]
     thresholds: Floats
     step_s: float
+
+    @property
+    def sample_s(self) -> float:
+        """Time that a scored sample stands for."""
+        return max(SAMPLE_S, self.step_s)
 
     @cached_property
     def defence_names(self) -> tuple[str, ...]:

@@ -5,9 +5,10 @@ from collections.abc import Sequence
 from gpsec.arrays import Ints
 from gpsec.detection.alarm import AlarmState
 from gpsec.detection.base import LabelledDetector, Observation, Verdict
+from gpsec.detection.pairing import Samples
+from gpsec.detection.residual import MapView, Residuals
 from gpsec.engine import Answers, Stopwatch, Watchers
 from gpsec.fleet import Measurements, Rows, Tracks, Vehicles
-from gpsec.hdmap.matching import lateral_residual
 from gpsec.localization.responses import World
 from gpsec.localization.state import FilterState, report
 from gpsec.localization.switch import Localization
@@ -21,6 +22,8 @@ class BatchedMethod:
         self._world = world
         self._watchers = watchers
         self._localization = localization
+        self._residuals = Residuals(MapView(world.lanes, world.index, world.mode, world.layer), watchers.sampling)
+        self._samples = Samples.empty(1)
         self._detector_states: list[AlarmState | None] = [
             None if isinstance(detector, LabelledDetector) else detector.new_state(1) for detector in watchers.detectors
         ]
@@ -29,7 +32,12 @@ class BatchedMethod:
         self.answers = Answers.empty(1, len(watchers.names), len(localization.responses))
 
     def _states(self) -> Sequence[Rows]:
-        return [self.answers, self._filters, *(state for state in self._detector_states if state is not None)]
+        return [
+            self.answers,
+            self._samples,
+            self._filters,
+            *(state for state in self._detector_states if state is not None),
+        ]
 
     def grow(self, capacity: int) -> None:
         """Make room for `capacity` track rows."""
@@ -52,29 +60,17 @@ class BatchedMethod:
         return self._filters
 
     def step(
-        self, rows: Ints, tracks: Tracks, vehicles: Vehicles, seen: Measurements, threads: Threads, watch: Stopwatch
+        self,
+        number: int,
+        rows: Ints,
+        tracks: Tracks,
+        vehicles: Vehicles,
+        seen: Measurements,
+        threads: Threads,
+        watch: Stopwatch,
     ) -> None:
-        """Match the fixes, ask the detectors, run the filters."""
-        world = self._world
-        threads.run(
-            lateral_residual,
-            rows,
-            world.lanes,
-            world.index,
-            world.mode,
-            world.layer,
-            tracks.vehicle,
-            tracks.fix_m,
-            tracks.fix_valid,
-            tracks.segment,
-            tracks.residual_m,
-            tracks.residual_valid,
-            vehicles.profile,
-            vehicles.lane,
-            seen.heading_rad,
-            seen.lane_poly,
-            seen.camera_valid,
-        )
+        """Form the residuals, ask the detectors, run the filters."""
+        self._residuals.update(number, self._samples, rows, tracks, vehicles, seen, threads)
         watch.lap("matching")
         self._detect(rows, tracks, vehicles, seen, threads, watch)
         filters = self._filters
@@ -96,8 +92,8 @@ class BatchedMethod:
             valid=tracks.residual_valid[rows],
             scale_m=self._watchers.scale_m[profile],
             speed_mps=seen.speed_mps[vehicle],
-            curvature_per_m=2.0 * seen.lane_poly[vehicle, 2],
-            camera_sigma_m=seen.camera_sigma_m[vehicle],
+            curvature_per_m=self._samples.curvature_per_m[rows],
+            camera_sigma_m=self._samples.sigma_m[rows],
             step_s=self._world.step_s,
         )
         attacked = tracks.attacked[rows]

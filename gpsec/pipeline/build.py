@@ -10,6 +10,7 @@ from gpsec.attacks.carried import plans_from_vehicles
 from gpsec.attacks.schedule import Plan, build_plans
 from gpsec.attacks.zones import plans_from_zones, zone_keys
 from gpsec.detection.models import build_detectors, load, thresholds_for
+from gpsec.detection.pairing import Sampling
 from gpsec.engine import Watchers
 from gpsec.hdmap.map import HDMap, load_map
 from gpsec.hdmap.search import MODES
@@ -22,7 +23,7 @@ from gpsec.pipeline.fleet_choice import FleetChoice, run_profiles
 from gpsec.scenario import Scenario
 from gpsec.scenario.choices import BOUNDS
 from gpsec.scenario.traffic import sumo_options
-from gpsec.sensors.profiles import residual_sigma_m
+from gpsec.sensors.profiles import SensorProfile, residual_sigma_m
 from gpsec.sensors.registry import PROFILES
 from gpsec.sensors.sense import Sensors
 from gpsec.traffic.carried import carried_attacks
@@ -94,7 +95,13 @@ def make_watchers(scenario: Scenario, ground: Ground) -> Watchers:
         detectors=tuple(build_detectors(names, profiles, matching, models)),
         thresholds=thresholds_for(names, profiles, matching, scenario.detection.false_alarm_rate, models),
         scale_m=np.array([residual_sigma_m(PROFILES[name]) for name in profiles]),
+        sampling=sampling_of([PROFILES[name] for name in profiles], ground.options.step_s),
     )
+
+
+def sampling_of(profiles: Sequence[SensorProfile], step_s: float) -> Sampling:
+    """Return how old samples of the sensors of (P,) profiles may be of which a residual is formed."""
+    return Sampling.of(step_s, [one.gnss.rate_hz for one in profiles], [one.camera.rate_hz for one in profiles])
 
 
 def make_localization(scenario: Scenario, world: World, detectors: Sequence[str]) -> Localization:

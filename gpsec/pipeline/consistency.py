@@ -74,16 +74,20 @@ class _Watching(BatchedMethod):
 
     ledger: Ledger
     names: dict[str, int]
-    number: Ints
-    now = 0
 
     def step(
-        self, rows: Ints, tracks: Tracks, vehicles: Vehicles, seen: Measurements, threads: Threads, watch: Stopwatch
+        self,
+        number: int,
+        rows: Ints,
+        tracks: Tracks,
+        vehicles: Vehicles,
+        seen: Measurements,
+        threads: Threads,
+        watch: Stopwatch,
     ) -> None:
         """Take one step, and note errors."""
-        super().step(rows, tracks, vehicles, seen, threads, watch)
-        self.now += 1
-        if self.now % EVERY_STEPS:
+        super().step(number, rows, tracks, vehicles, seen, threads, watch)
+        if (number + 1) % EVERY_STEPS:
             return
         for name, d in self.names.items():
             chosen = rows[tracks.settled[rows] & (tracks.plan[rows] == (0 if name in TRUSTING else 1))]

@@ -141,7 +141,7 @@ class Convoy:
         self._move_plans(frame)
         self._spoof(frame.step)
         self._watch.lap("attacks")
-        self._method.step(self.track_rows, self.tracks, vehicles, self.seen, self._threads, self._watch)
+        self._method.step(frame.step, self.track_rows, self.tracks, vehicles, self.seen, self._threads, self._watch)
         self._threads.run(
             note_deviation,
             self.track_rows,

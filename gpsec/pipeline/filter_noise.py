@@ -8,13 +8,15 @@ from gpsec.sensors.profiles import SensorProfile, residual_sigma_m
 
 def filter_noise(profile: SensorProfile, step_s: float) -> FilterNoise:
     """Return the figures of a profile for filters that run at `step_s`."""
+    # Over the time in which a sample is held, its error lasts, and that of the way grows like it, not like its root.
+    held_steps = max(1.0 / profile.odometer.rate_hz / step_s, 1.0)
     walk = profile.gyro.angle_random_walk_deg_per_sqrt_h / 60.0 * pi / 180.0
     return FilterNoise(
         gnss_white_m=profile.gnss.white_m,
         gnss_bias_m=profile.gnss.bias_m,
         gnss_bias_tau_s=profile.gnss.bias_tau_s,
         gnss_period_s=max(1.0 / profile.gnss.rate_hz, step_s),
-        odometer_white_mps=profile.odometer.white_mps,
+        odometer_white_mps=profile.odometer.white_mps * sqrt(held_steps),
         odometer_scale=profile.odometer.scale_ratio,
         gyro_white_rps=walk / sqrt(step_s),
         gyro_bias_rps=radians(profile.gyro.bias_deg_per_h / 3600.0),

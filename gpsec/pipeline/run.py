@@ -13,6 +13,7 @@ from gpsec.arrays import Ints
 from gpsec.attacks.plans import NO_ATTACK
 from gpsec.engine import Method, Stopwatch, Watchers
 from gpsec.errors import GpsecError
+from gpsec.fleet import SAMPLE_S
 from gpsec.kernels import load
 from gpsec.outcomes.events import Journey
 from gpsec.outcomes.recorder import Outcomes
@@ -34,9 +35,6 @@ from gpsec.traffic.remote import RemoteSession
 from gpsec.traffic.source import Equip, TrafficSource
 from gpsec.traffic.stderr import input_warnings
 from gpsec.traffic.zones import ZoneSource
-
-# Step length of the benign runs that thresholds were calibrated on.
-CALIBRATED_STEP_S = 0.1
 
 Report = Callable[[Progress], None]
 
@@ -323,10 +321,10 @@ class _Run:
 def _warnings(ground: Ground) -> list[str]:
     """Return what the user should know of a run that is valid but unusual."""
     said = []
-    if abs(ground.options.step_s - CALIBRATED_STEP_S) > 1e-9:
+    if ground.options.step_s > SAMPLE_S + 1e-9:
         said.append(
-            f"thresholds were calibrated at steps of {CALIBRATED_STEP_S:g} s, this run has {ground.options.step_s:g} s:"
-            " false-alarm rates will differ"
+            f"thresholds were calibrated for a residual every {SAMPLE_S:g} s, this run has one every"
+            f" {ground.options.step_s:g} s: false-alarm rates will differ"
         )
     if stretched := ground.hd_map.stretched:
         said.append(

@@ -1,6 +1,7 @@
 """The reference engine: residual, detectors and filters of one track after another."""
 
 from copy import deepcopy
+from dataclasses import replace
 
 from gpsec.arrays import Ints
 from gpsec.engine import Answers, Stopwatch, Watchers
@@ -11,6 +12,7 @@ from gpsec.localization.responses import World
 from gpsec.localization.switch import Localization
 from gpsec.reference.detectors import Scale, Watch, watch_maker
 from gpsec.reference.matching import Road
+from gpsec.reference.pairing import Pair, Pairing, Residual
 from gpsec.reference.past import Rules
 from gpsec.reference.sight import Sight
 from gpsec.reference.switch import Helm
@@ -24,12 +26,14 @@ class ReferenceTrack:
     """One vehicle under one attack plan: its detectors and its filters.
 
     Attributes:
+        pairing: what is compared with what.
         watches: one for each detector.
         helm: the filters of all defences.
 
     """
 
-    def __init__(self, watches: list[Watch], helm: Helm) -> None:
+    def __init__(self, pairing: Pairing, watches: list[Watch], helm: Helm) -> None:
+        self.pairing = pairing
         self.watches = watches
         self.helm = helm
 
@@ -83,37 +87,50 @@ class ReferenceMethod:
                 self._tracks[other] = deepcopy(self._tracks[one])
 
     def step(
-        self, rows: Ints, tracks: Tracks, vehicles: Vehicles, seen: Measurements, threads: Threads, watch: Stopwatch
+        self,
+        number: int,
+        rows: Ints,
+        tracks: Tracks,
+        vehicles: Vehicles,
+        seen: Measurements,
+        threads: Threads,
+        watch: Stopwatch,
     ) -> None:
-        """Take one step of the track rows `rows`, one after another; `threads` are not used."""
+        """Take step `number` of the track rows `rows`, one after another; `threads` are not used."""
         for row in rows.tolist():
             vehicle = int(tracks.vehicle[row])
             profile = int(vehicles.profile[vehicle])
             if row not in self._tracks:
                 self._tracks[row] = self._new_track(profile)
             sight = _sight(row, vehicle, tracks, vehicles, seen)
-            residual_m = self._residual(sight, profile)
-            tracks.residual_valid[row] = residual_m is not None
-            tracks.residual_m[row] = residual_m or 0.0
-            self._answer(row, sight, residual_m, bool(tracks.attacked[row]), profile)
+            pair = self._tracks[row].pairing.step(number, sight)
+            residual = None
+            if pair is not None:
+                residual = self._residual(pair, profile)
+                lane = pair.sight
+                sight = replace(sight, curvature_per_m=lane.curvature_per_m, camera_sigma_m=lane.camera_sigma_m)
+            tracks.residual_valid[row] = residual is not None
+            tracks.residual_m[row] = 0.0 if residual is None else residual.z_m
+            if residual is not None:
+                tracks.paired_m[row] = residual.fix_m
+            self._answer(row, sight, residual, bool(tracks.attacked[row]), profile)
         watch.lap("reference engine")
 
-    def _residual(self, sight: Sight, profile: int) -> float | None:
-        """Return z = d_camera - d_map(fix); None where there is no fix, no marking or no match."""
-        if sight.fix_m is None or sight.lane_offset_m is None:
-            return None
-        x, y = sight.fix_m.tolist()
-        on_map = self._roads[profile].offset(x, y, sight.heading_rad, sight.lane)
-        return None if on_map is None else sight.lane_offset_m - on_map
+    def _residual(self, pair: Pair, profile: int) -> Residual | None:
+        """Return z = d_camera - d_map(fix); None where there is no match."""
+        x, y = pair.fix_m.tolist()
+        on_map = self._roads[profile].offset(x, y, pair.sight.heading_rad, pair.sight.lane)
+        return None if on_map is None else Residual(pair.offset_m - on_map, pair.now_m)
 
-    def _answer(self, row: int, sight: Sight, residual_m: float | None, attacked: bool, profile: int) -> None:
+    def _answer(self, row: int, sight: Sight, residual: Residual | None, attacked: bool, profile: int) -> None:
         track, answers = self._tracks[row], self.answers
+        residual_m = None if residual is None else residual.z_m
         for k, watch in enumerate(track.watches):
             ruling = watch.step(sight, residual_m, attacked)
             answers.statistic[row, k] = ruling.statistic
             answers.scored[row, k] = ruling.scored
             answers.alarm[row, k] = ruling.alarm
-        track.helm.step(sight, answers.alarm[row].tolist(), residual_m, self._roads[profile])
+        track.helm.step(sight, answers.alarm[row].tolist(), residual, self._roads[profile])
         for d, navigator in enumerate(track.helm.navigators):
             answers.estimate_m[row, d] = navigator.position_m
             answers.isolated[row, d] = navigator.isolated
@@ -124,7 +141,9 @@ class ReferenceMethod:
             make(Scale(profile, float(watchers.scale_m[profile]), float(threshold), self._world.step_s))
             for make, threshold in zip(self._make_watch, watchers.thresholds[profile], strict=True)
         ]
-        return ReferenceTrack(watches, self._new_helm(profile))
+        sampling = watchers.sampling
+        pairing = Pairing(sampling.step_s, int(sampling.fix_steps[profile]), int(sampling.camera_steps[profile]))
+        return ReferenceTrack(pairing, watches, self._new_helm(profile))
 
     def _new_helm(self, profile: int) -> Helm:
         table, localization = self._world.table, self._localization

@@ -7,9 +7,11 @@ import numpy as np
 
 from gpsec.arrays import Floats
 from gpsec.errors import GpsecError, nearest
+from gpsec.fleet import SAMPLE_S
 from gpsec.reference.filters import CameraUkf, GnssEkf
 from gpsec.reference.learning import LaneUkf, LearningEkf
 from gpsec.reference.matching import Road
+from gpsec.reference.pairing import Residual
 from gpsec.reference.past import Past, Rules, heading_before, isolated
 from gpsec.reference.sight import Sight
 
@@ -45,7 +47,7 @@ class Navigator:
         """The (2,) estimate."""
         return (self.ekf or self.ukf).mean[:2]  # type: ignore[union-attr]
 
-    def step(self, sight: Sight, alarm: bool, lost: bool, residual_m: float | None, road: Road) -> None:
+    def step(self, sight: Sight, alarm: bool, lost: bool, residual: Residual | None, road: Road) -> None:
         """Take one step."""
         step_s = self._rules.step_s
         self.went_back = False
@@ -73,21 +75,21 @@ class Navigator:
             self._quiet_s = 0.0 if alarm or lost else self._quiet_s + step_s
             if lost:
                 self._consistent_s = 0.0
-            if sight.fix_m is not None and residual_m is not None:
-                self._consider(self.ukf, sight.fix_m, residual_m)
+            if residual is not None:
+                self._consider(self.ukf, residual)
 
-    def _consider(self, ukf: CameraUkf | LaneUkf, fix_m: Floats, residual_m: float) -> None:
+    def _consider(self, ukf: CameraUkf | LaneUkf, residual: Residual) -> None:
         """Compare a fix with what the vehicle knows; take GNSS back where it has agreed for long enough."""
         noise, settings, half = self._rules.noise, self._rules.settings, self._rules.step_s / 2.0
         ahead = np.array([cos(ukf.yaw_rad), sin(ukf.yaw_rad)])
-        along = float(ahead @ (fix_m - ukf.mean))
+        along = float(ahead @ (residual.fix_m - ukf.mean))
         # A filter that has learnt the scale of its odometer has this in its covariance.
         drift = 0.0 if self._learns else (noise.odometer_scale * self._way_m) ** 2
         variance = float(ahead @ ukf.covariance @ ahead) + drift + noise.gnss_white_m**2 + noise.gnss_bias_m**2
-        lateral_agrees = abs(residual_m) <= _SIGMAS * noise.residual_m
+        lateral_agrees = abs(residual.z_m) <= _SIGMAS * noise.residual_m
         along_agrees = abs(along) - _ALONG_SLACK_M <= _SIGMAS * sqrt(variance)
         if lateral_agrees and along_agrees:
-            self._consistent_s += max(noise.gnss_period_s, self._rules.step_s)
+            self._consistent_s += max(noise.gnss_period_s, SAMPLE_S, self._rules.step_s)
         else:
             self._consistent_s = 0.0
         if self._quiet_s >= settings.hold_s - half and self._consistent_s >= settings.rejoin_s - half:
@@ -114,7 +116,7 @@ class Helm:
         self._rules = rules
         self._fix_age_s = inf
 
-    def step(self, sight: Sight, alarms: Sequence[bool], residual_m: float | None, road: Road) -> None:
+    def step(self, sight: Sight, alarms: Sequence[bool], residual: Residual | None, road: Road) -> None:
         """Take one step; `alarms` are those of the detectors."""
         if not self.navigators:
             if sight.fix_m is not None:
@@ -126,4 +128,4 @@ class Helm:
         self._fix_age_s = 0.0 if sight.fix_m is not None else self._fix_age_s + self._rules.step_s
         lost = self._fix_age_s > self._rules.outage_s
         for navigator, detector in zip(self.navigators, self._detectors, strict=True):
-            navigator.step(sight, alarms[detector], lost, residual_m, road)
+            navigator.step(sight, alarms[detector], lost, residual, road)

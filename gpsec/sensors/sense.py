@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import ceil
+from math import ceil, floor
 from typing import TypeVar
 
 from gpsec.arrays import Ints
@@ -31,7 +31,7 @@ class Sensors:
         step_s: length of a step.
 
     Raises:
-        GpsecError: there is no profile, one appears twice, or a channel is slower than the model allows.
+        GpsecError: there is no profile, or one appears twice.
     """
 
     profiles: tuple[SensorProfile, ...]
@@ -49,8 +49,10 @@ class Sensors:
 
     def new_state(self, capacity: int) -> SensorState:
         """Return the sensors' own arrays for `capacity` vehicle rows."""
-        latency = max(self.table.gnss[:, LATENCY].max(), self.table.camera[:, LATENCY].max())
-        return SensorState.empty(capacity, slip_steps=ceil(latency) + 1)
+        table = self.table
+        carried = max(channel[:, LATENCY].max() for channel in (table.gnss, table.camera, table.heading))
+        window = max(channel[:, LATENCY].max() for channel in (table.odometer, table.gyro))
+        return SensorState.empty(capacity, slip_steps=ceil(carried) + 1, motion_steps=floor(window) + 2)
 
     def enter(self, state: SensorState, vehicles: Vehicles, rows: Ints, step: int) -> None:
         """Give `rows` to vehicles that enter: forget all, and draw their biases, constants and lasting outages.

@@ -10,7 +10,20 @@ from gpsec.geo import dead_reckon, wrap_angle
 from gpsec.kernels import inline, kernel
 from gpsec.noise import normal, uniform
 from gpsec.sensors.lane_view import fit_sigmas, lane_polynomial, view_length_m
-from gpsec.sensors.state import CAMERA, EAST, FORWARD, GNSS, GYRO, HEADING, LEFT, NORTH, ODOMETER, TURN
+from gpsec.sensors.state import (
+    CAMERA,
+    EAST,
+    FORWARD,
+    GNSS,
+    GYRO,
+    HEADING,
+    LEFT,
+    NORTH,
+    ODOMETER,
+    SPEED,
+    TURN,
+    YAW_RATE,
+)
 from gpsec.sensors.table import (
     BIAS,
     DECAY,
@@ -112,8 +125,30 @@ def drift(rows: Ints, step: int, truth: Truth, table: ProfileTable, mind: Memory
 
 
 @inline
+def note_motion(rows: Ints, step: int, truth: Truth, mind: Memory) -> None:
+    """Store the true motion of this step; a vehicle that enters is taken to have moved so before."""
+    slots = mind.motion.shape[1]
+    for i in range(len(rows)):
+        row = rows[i]
+        for k in range(slots if not mind.started[row] else 1):
+            slot = (step + k) % slots
+            mind.motion[row, slot, SPEED] = truth.speed_mps[row]
+            mind.motion[row, slot, YAW_RATE] = truth.yaw_rate_rps[row]
+
+
+@inline
+def moved(mind: Memory, row: int, step: int, column: int, latency: float) -> float:
+    """Return the mean of a true motion over a window as long as a step that ended `latency` steps ago."""
+    slots = mind.motion.shape[1]
+    whole = int(latency)
+    newer: float = mind.motion[row, (step - whole) % slots, column]
+    older: float = mind.motion[row, (step - whole - 1) % slots, column]
+    return newer + (latency - whole) * (older - newer)
+
+
+@inline
 def sense_speed(rows: Ints, step: int, truth: Truth, odometer: Floats, mind: Memory, out: Samples) -> None:
-    """Odometer: the mean speed over the step; held where there is no sample."""
+    """Odometer: the mean speed over a step, late by its latency; held where there is no sample."""
     for i in range(len(rows)):
         row = rows[i]
         key, p = truth.key[row], truth.profile[row]
@@ -121,9 +156,7 @@ def sense_speed(rows: Ints, step: int, truth: Truth, odometer: Floats, mind: Mem
         mind.out[row, ODOMETER] = in_outage(mind.out[row, ODOMETER], key, noise.ODOMETER_DROPOUT, step, odometer, p)
         sampled = not mind.out[row, ODOMETER] and ticks(key, noise.ODOMETER_CLOCK, step, odometer[p, TICKS])
         if sampled or first:
-            speed = truth.speed_mps[row]
-            if not first:
-                speed += odometer[p, LATENCY] * (mind.true_speed_mps[row] - speed)
+            speed = moved(mind, row, step, SPEED, odometer[p, LATENCY])
             white = gauss(key, noise.ODOMETER_WHITE, step, odometer[p, WHITE])
             mind.speed_mps[row] = speed * (1.0 + mind.odometer_scale[row]) + white
         out.speed_mps[row] = mind.speed_mps[row]
@@ -131,7 +164,7 @@ def sense_speed(rows: Ints, step: int, truth: Truth, odometer: Floats, mind: Mem
 
 @inline
 def sense_yaw_rate(rows: Ints, step: int, truth: Truth, gyro: Floats, mind: Memory, out: Samples) -> None:
-    """Gyro: the mean yaw rate over the step; held where there is no sample."""
+    """Gyro: the mean yaw rate over a step, late by its latency; held where there is no sample."""
     for i in range(len(rows)):
         row = rows[i]
         key, p = truth.key[row], truth.profile[row]
@@ -139,9 +172,7 @@ def sense_yaw_rate(rows: Ints, step: int, truth: Truth, gyro: Floats, mind: Memo
         mind.out[row, GYRO] = in_outage(mind.out[row, GYRO], key, noise.GYRO_DROPOUT, step, gyro, p)
         sampled = not mind.out[row, GYRO] and ticks(key, noise.GYRO_CLOCK, step, gyro[p, TICKS])
         if sampled or first:
-            yaw_rate = truth.yaw_rate_rps[row]
-            if not first:
-                yaw_rate += gyro[p, LATENCY] * (mind.true_yaw_rate_rps[row] - yaw_rate)
+            yaw_rate = moved(mind, row, step, YAW_RATE, gyro[p, LATENCY])
             white = gauss(key, noise.GYRO_WHITE, step, gyro[p, WHITE])
             mind.yaw_rate_rps[row] = yaw_rate + mind.gyro_bias_rps[row] + white
         out.yaw_rate_rps[row] = mind.yaw_rate_rps[row]
@@ -162,8 +193,15 @@ def sense_heading(
         if sampled or first:
             yaw = truth.yaw_rad[row]
             error = mind.heading_bias_rad[row] + gauss(key, noise.HEADING_WHITE, step, heading[p, WHITE])
-            if not first:
-                error += heading[p, LATENCY] * (turn - wrap_angle(yaw - mind.true_yaw_rad[row]))
+            left_over = heading[p, LATENCY]
+            if not first and left_over > 0.0:
+                error += min(left_over, 1.0) * (turn - wrap_angle(yaw - mind.true_yaw_rad[row]))
+                back = step - 1
+                left_over -= 1.0
+                while left_over > 0.0:
+                    error += min(left_over, 1.0) * mind.slip[row, back % mind.slip.shape[1], TURN]
+                    left_over -= 1.0
+                    back -= 1
             mind.heading_rad[row] = wrap_angle(yaw + error)
         else:
             mind.heading_rad[row] = wrap_angle(mind.heading_rad[row] + turn)
@@ -192,8 +230,6 @@ def note_slip(rows: Ints, step: int, step_s: float, truth: Truth, mind: Memory) 
             mind.slip[row, slot, TURN] = turned
         mind.true_rear_m[row, 0], mind.true_rear_m[row, 1] = x, y
         mind.true_yaw_rad[row] = yaw
-        mind.true_speed_mps[row] = truth.speed_mps[row]
-        mind.true_yaw_rate_rps[row] = truth.yaw_rate_rps[row]
 
 
 @inline
@@ -281,6 +317,7 @@ def sense_rows(
                 out.lane_poly[row, k] = 0.0
             out.camera_sigma_m[row] = 0.0
     drift(rows, step, truth, table, mind)
+    note_motion(rows, step, truth, mind)
     sense_speed(rows, step, truth, table.odometer, mind, out)
     sense_yaw_rate(rows, step, truth, table.gyro, mind, out)
     sense_heading(rows, step, step_s, truth, table.heading, mind, out)

@@ -12,6 +12,8 @@ from gpsec.fleet import Rows
 GNSS, GYRO, ODOMETER, HEADING, CAMERA = range(5)
 # Columns of `SensorState.slip`.
 EAST, NORTH, FORWARD, LEFT, TURN = range(5)
+# Columns of `SensorState.motion`.
+SPEED, YAW_RATE = range(2)
 
 
 @dataclass
@@ -26,8 +28,10 @@ class SensorState(Rows):
         mount_m: (N,) offset of the camera, constant of the vehicle.
         out: (N, 5) an outage lasts; columns GNSS, GYRO, ODOMETER, HEADING, CAMERA.
         speed_mps, yaw_rate_rps, heading_rad: (N,) last values given, held between samples.
-        true_speed_mps, true_yaw_rate_rps, true_yaw_rad: (N,) truth of the step before.
+        true_yaw_rad: (N,) truth of the step before.
         true_rear_m: (N, 2) truth of the step before.
+        motion: (N, R, 2) ring over the last R steps of true SPEED (m/s) and YAW_RATE (rad/s); before its first step a
+            vehicle moved as in that.
         slip: (N, S, 5) ring over the last S steps of measured minus true motion in a step: EAST and NORTH in
             the net's frame; FORWARD, LEFT and TURN (rad) in the vehicle's frame at the step's end.
     """
@@ -43,15 +47,14 @@ class SensorState(Rows):
     speed_mps: Floats
     yaw_rate_rps: Floats
     heading_rad: Floats
-    true_speed_mps: Floats
-    true_yaw_rate_rps: Floats
     true_yaw_rad: Floats
     true_rear_m: Floats
+    motion: Floats
     slip: Floats
 
     @classmethod
-    def empty(cls, capacity: int, slip_steps: int) -> Self:
-        """Return `capacity` rows that no vehicle owns, with room for latencies of up to `slip_steps` - 1 steps."""
+    def empty(cls, capacity: int, slip_steps: int, motion_steps: int) -> Self:
+        """Return `capacity` rows that no vehicle owns, whose rings hold so many steps."""
         n = capacity
         return cls(
             started=np.zeros(n, np.bool_),
@@ -65,9 +68,8 @@ class SensorState(Rows):
             speed_mps=np.zeros(n),
             yaw_rate_rps=np.zeros(n),
             heading_rad=np.zeros(n),
-            true_speed_mps=np.zeros(n),
-            true_yaw_rate_rps=np.zeros(n),
             true_yaw_rad=np.zeros(n),
             true_rear_m=np.zeros((n, 2)),
+            motion=np.zeros((n, motion_steps, 2)),
             slip=np.zeros((n, slip_steps, 5)),
         )

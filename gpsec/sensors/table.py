@@ -34,9 +34,9 @@ class ProfileTable(NamedTuple):
     camera: Floats
 
 
-def angle_random_walk_rps(arw_deg_per_sqrt_h: float, step_s: float) -> float:
-    """Return σ in rad/s of a yaw rate averaged over a step: ARW/60 is °/√s, and the mean of dt has 1/√dt of it."""
-    return radians(arw_deg_per_sqrt_h / 60.0) / sqrt(step_s)
+def angle_random_walk_rps(arw_deg_per_sqrt_h: float, mean_s: float) -> float:
+    """Return σ in rad/s of a yaw rate averaged over `mean_s`: ARW/60 is °/√s, and the mean of dt has 1/√dt of it."""
+    return radians(arw_deg_per_sqrt_h / 60.0) / sqrt(mean_s)
 
 
 def _channel(
@@ -68,30 +68,22 @@ def _channel(
     return table
 
 
-def _check(profiles: Sequence[SensorProfile], step_s: float) -> None:
+def _check(profiles: Sequence[SensorProfile]) -> None:
     names = [profile.name for profile in profiles]
     if not names:
         raise GpsecError("sensors: expected at least one sensor profile, found none")
     for name in names:
         if names.count(name) > 1:
             raise GpsecError(f"sensors: expected each sensor profile once, found '{name}' {names.count(name)} times")
-    for profile in profiles:
-        for name in ("gyro", "odometer", "heading"):
-            latency_s = profile.channels()[name].latency_s
-            if latency_s > step_s:
-                raise GpsecError(
-                    f"sensor profile '{profile.name}': {name}.latency_s is {latency_s:g}, expected at most "
-                    f"the step length of {step_s:g} s"
-                )
 
 
 def pack(profiles: Sequence[SensorProfile], step_s: float) -> ProfileTable:
     """Return the tables of (P,) profiles for a loop of `step_s`.
 
     Raises:
-        GpsecError: there is no profile, one appears twice, or a channel is slower than the model allows.
+        GpsecError: there is no profile, or one appears twice.
     """
-    _check(profiles, step_s)
+    _check(profiles)
     rps_of_deg_per_h = pi / 180.0 / 3600.0
     lenses = [
         (c.mount_m, c.range_m, radians(c.field_of_view_deg) / 2.0, c.trust_limit_m)
@@ -115,7 +107,8 @@ def pack(profiles: Sequence[SensorProfile], step_s: float) -> ProfileTable:
             step_s,
             lambda p: p.gyro,
             lambda p: (
-                angle_random_walk_rps(p.gyro.angle_random_walk_deg_per_sqrt_h, step_s),
+                # A sample stands for the time until the next one, in which it is held.
+                angle_random_walk_rps(p.gyro.angle_random_walk_deg_per_sqrt_h, max(step_s, 1.0 / p.gyro.rate_hz)),
                 p.gyro.bias_deg_per_h * rps_of_deg_per_h,
                 p.gyro.bias_tau_s,
             ),

@@ -34,10 +34,9 @@ class Memory(NamedTuple):
     speed_mps: Floats
     yaw_rate_rps: Floats
     heading_rad: Floats
-    true_speed_mps: Floats
-    true_yaw_rate_rps: Floats
     true_yaw_rad: Floats
     true_rear_m: Floats
+    motion: Floats
     slip: Floats
 
 

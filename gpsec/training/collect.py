@@ -6,11 +6,13 @@ import numpy as np
 
 from gpsec.arrays import Ints
 from gpsec.detection.logs import ResidualLog
+from gpsec.detection.pairing import Samples
+from gpsec.detection.residual import MapView, Residuals
 from gpsec.engine import Answers, Stopwatch
 from gpsec.fleet import Measurements, Tracks, Vehicles
 from gpsec.hdmap.map import HDMap, load_map
-from gpsec.hdmap.matching import lateral_residual
 from gpsec.hdmap.search import MODES
+from gpsec.pipeline.build import sampling_of
 from gpsec.pipeline.convoy import Convoy
 from gpsec.sensors.profiles import SensorProfile, residual_sigma_m
 from gpsec.sensors.sense import Sensors
@@ -42,12 +44,12 @@ def recorded_traffic(path: Path, net_file: Path) -> Recording:
 class _ResidualOnly:
     """An engine that stops at the residual and keeps it; implements `gpsec.engine.Method`."""
 
-    def __init__(self, hd_map: HDMap, profile: SensorProfile, matching: str) -> None:
+    def __init__(self, hd_map: HDMap, profile: SensorProfile, matching: str, step_s: float) -> None:
         self.answers = Answers.empty(1, 0, 1)
-        self._map = hd_map
-        self._mode = MODES[matching]
-        self._layer = np.array([hd_map.layer(profile.map_spacing_m)], np.int32)
-        self.step_number = 0
+        layer = np.array([hd_map.layer(profile.map_spacing_m)], np.int32)
+        view = MapView(hd_map.lanes, hd_map.index, MODES[matching], layer)
+        self._residuals = Residuals(view, sampling_of([profile], step_s))
+        self._samples = Samples.empty(1)
         self.parts: list[tuple[np.ndarray, ...]] = []
         self._life: dict[int, int] = {}
         self._lives = 0
@@ -55,9 +57,11 @@ class _ResidualOnly:
     def grow(self, capacity: int) -> None:
         """Make room for `capacity` track rows."""
         self.answers.grow(capacity)
+        self._samples.grow(capacity)
 
     def reset(self, rows: Ints) -> None:
         """Let `rows` stand for new vehicles."""
+        self._samples.reset(rows)
         for row in rows.tolist():
             self._life[row] = self._lives
             self._lives += 1
@@ -66,38 +70,27 @@ class _ResidualOnly:
         """Do nothing: nobody is attacked."""
 
     def step(
-        self, rows: Ints, tracks: Tracks, vehicles: Vehicles, seen: Measurements, threads: Threads, watch: Stopwatch
+        self,
+        number: int,
+        rows: Ints,
+        tracks: Tracks,
+        vehicles: Vehicles,
+        seen: Measurements,
+        threads: Threads,
+        watch: Stopwatch,
     ) -> None:
-        """Match the fixes and keep what a detector would be given."""
-        threads.run(
-            lateral_residual,
-            rows,
-            self._map.lanes,
-            self._map.index,
-            self._mode,
-            self._layer,
-            tracks.vehicle,
-            tracks.fix_m,
-            tracks.fix_valid,
-            tracks.segment,
-            tracks.residual_m,
-            tracks.residual_valid,
-            vehicles.profile,
-            vehicles.lane,
-            seen.heading_rad,
-            seen.lane_poly,
-            seen.camera_valid,
-        )
+        """Form the residuals and keep what a detector would be given."""
+        self._residuals.update(number, self._samples, rows, tracks, vehicles, seen, threads)
         vehicle = tracks.vehicle[rows]
         self.parts.append(
             (
                 np.array([self._life[row] for row in rows.tolist()], np.int32),
-                np.full(len(rows), self.step_number, np.int32),
+                np.full(len(rows), number, np.int32),
                 tracks.residual_m[rows],
                 tracks.residual_valid[rows],
                 seen.speed_mps[vehicle],
-                2.0 * seen.lane_poly[vehicle, 2],
-                seen.camera_sigma_m[vehicle],
+                self._samples.curvature_per_m[rows],
+                self._samples.sigma_m[rows],
             )
         )
 
@@ -108,7 +101,7 @@ def residual_log(
     """Return the residuals that vehicles of one profile would have seen in recorded traffic, without an attack."""
     source = RecordedTraffic(recording)
     hd_map = load_map(net_file, (profile.map_spacing_m,))
-    method = _ResidualOnly(hd_map, profile, matching)
+    method = _ResidualOnly(hd_map, profile, matching, source.step_s)
     convoy = Convoy(
         seed=seed,
         step_s=source.step_s,
@@ -125,7 +118,6 @@ def residual_log(
         watch=Stopwatch(),
     )
     for frame in source.frames(None):
-        method.step_number = frame.step
         convoy.step(frame)
     columns = [np.concatenate(column) for column in zip(*method.parts, strict=True)]
     order = np.lexsort((columns[1], columns[0]))

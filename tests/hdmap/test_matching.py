@@ -8,10 +8,13 @@ import sumolib
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from gpsec.detection.pairing import Samples, Sampling
+from gpsec.detection.residual import MapView, Residuals
 from gpsec.fleet import Measurements, Tracks, Vehicles
 from gpsec.hdmap.map import HDMap, compile_map
-from gpsec.hdmap.matching import lateral_residual, locate
+from gpsec.hdmap.matching import locate
 from gpsec.hdmap.search import MIN_COS, MODES, NEAREST, TRACKED
+from gpsec.threads import Threads
 
 from .nets import BEND, THREE_LANES, TWO_WAY, arc, match, segment_line
 
@@ -180,24 +183,8 @@ def residual(hd_map, mode, lane, x, y, heading, layer, hint, c0=0.0) -> tuple[in
 
 
 def run(hd_map, mode, layer, vehicles, seen, tracks, rows) -> None:
-    lateral_residual(
-        rows,
-        hd_map.lanes,
-        hd_map.index,
-        mode,
-        layer,
-        tracks.vehicle,
-        tracks.fix_m,
-        tracks.fix_valid,
-        tracks.segment,
-        tracks.residual_m,
-        tracks.residual_valid,
-        vehicles.profile,
-        vehicles.lane,
-        seen.heading_rad,
-        seen.lane_poly,
-        seen.camera_valid,
-    )
+    residuals = Residuals(MapView(hd_map.lanes, hd_map.index, mode, layer), Sampling.of(0.1, [10.0] * 2, [10.0] * 2))
+    residuals.update(0, Samples.empty(len(tracks.vehicle)), rows, tracks, vehicles, seen, Threads(1))
 
 
 @settings(max_examples=100)

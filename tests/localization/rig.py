@@ -86,6 +86,7 @@ class Rig:
         self.vehicles.rear_m[:, 0] += self.speed_mps * STEP_S
         self.tracks.fix_m[:] = self.vehicles.rear_m + np.array(bias_m)
         self.tracks.fix_valid[:] = fix
+        self.tracks.paired_m[:] = self.tracks.fix_m
         self.seen.camera_valid[:] = camera
         self.tracks.residual_valid[:] = fix and camera
         self.tracks.residual_m[:] = -bias_m[1] if residual_m is None else residual_m

@@ -36,6 +36,7 @@ def drive(straight, response: str, order: np.ndarray, batches: int = 1, last: in
         rig.tracks.fix_m[:, 1] += np.where(alarm[step], 2.4, 0.0)
         rig.tracks.fix_valid[:], rig.seen.camera_valid[:] = fix[step], camera[step]
         rig.tracks.residual_valid[:] = fix[step] & camera[step]
+        rig.tracks.paired_m[:] = rig.tracks.fix_m
         rig.tracks.residual_m[:] = -rig.seen.lane_poly[:, 0] - rig.tracks.fix_m[:, 1]
         rig.alarm[:] = alarm[step][:, np.newaxis]
         for part in np.array_split(order.astype(np.int32), batches):
@@ -90,7 +91,7 @@ def test_a_reset_row_is_as_new_and_a_copied_one_goes_on_as_its_source(straight, 
     rig.journey.copy(np.array([2], np.int32), np.array([5], np.int32))
     rig.filters.reset(np.array([1], np.int32))
     assert same(rig.filters, rig.localization.new_state(M), np.array([1]))
-    for array in (rig.vehicles.rear_m, rig.tracks.fix_m, rig.seen.lane_poly):
+    for array in (rig.vehicles.rear_m, rig.tracks.fix_m, rig.tracks.paired_m, rig.seen.lane_poly):
         array[5] = array[2]
     for array in (rig.seen.speed_mps, rig.seen.yaw_rate_rps, rig.tracks.residual_m, rig.alarm):
         array[5] = array[2]

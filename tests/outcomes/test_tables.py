@@ -339,3 +339,14 @@ def test_a_file_that_fails_half_way_leaves_the_former_one(tmp_path):
         fail()
     assert path.read_text() == "former"
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_scored_sample_stands_for_a_tenth_of_a_second_at_a_short_step(tmp_path):
+    scene = Scene(capacity=1, step_s=0.01)
+    for step in range(100):
+        scene.scored[:] = step % 10 == 9
+        scene.observe(step, [0])
+    scene.close(0, "a")
+    scene.outcomes.write(tmp_path, "lane", 1, replicates=2)
+    table = read_table(tmp_path, "vehicles")
+    assert table[["vehicle_seconds", "scored_seconds"]].to_numpy() == pytest.approx(1.0)

@@ -26,7 +26,7 @@ from gpsec.localization.rollback import Rollback
 from gpsec.localization.switch import Localization, SwitchSettings
 from gpsec.localization.ukf5 import Ukf5
 from gpsec.localization.ukf5_rollback import Ukf5Rollback
-from gpsec.pipeline.build import Ground, lay_ground
+from gpsec.pipeline.build import Ground, lay_ground, sampling_of
 from gpsec.pipeline.convoy import Convoy
 from gpsec.scenario import load_scenario
 from gpsec.sensors.profiles import residual_sigma_m
@@ -89,10 +89,13 @@ class Drive:
             )
 
 
-def record_drive(name: str, duration_s: float) -> Drive:
+def record_drive(
+    name: str, duration_s: float, step_s: float = 0.1, profiles: Sequence[str] = ("carla", "nuscenes", "dsd")
+) -> Drive:
     scenario = load_scenario(SCENARIOS / name)
-    fleet = scenario.fleet.model_copy(update={"profile": {"carla": 0.4, "nuscenes": 0.3, "dsd": 0.3}})
-    ground = lay_ground(scenario.model_copy(update={"fleet": fleet}))
+    fleet = scenario.fleet.model_copy(update={"profile": dict.fromkeys(profiles, 1.0 / len(profiles))})
+    traffic = scenario.traffic.model_copy(update={"step_s": step_s})
+    ground = lay_ground(scenario.model_copy(update={"fleet": fleet, "traffic": traffic}))
     with SumoSession(ground.options, ground.hd_map.lane_index, lambda departure: True) as session:
         return Drive(ground, record(session, duration_s))
 
@@ -107,7 +110,7 @@ def learned_for(seed: int) -> dict[str, Learned]:
     }
 
 
-def watchers_for(profiles: Sequence[str]) -> Watchers:
+def watchers_for(profiles: Sequence[str], step_s: float) -> Watchers:
     """Detectors that differ between profiles."""
     learned = [learned_for(seed) for seed in range(len(profiles))]
     detectors = (
@@ -124,6 +127,7 @@ def watchers_for(profiles: Sequence[str]) -> Watchers:
         detectors=detectors,
         thresholds=np.tile([4.0, 6.0, 0.62, 4.0, 6.0, 0.5, 0.5], (len(profiles), 1)),
         scale_m=np.array([residual_sigma_m(PROFILES[name]) for name in profiles]),
+        sampling=sampling_of([PROFILES[name] for name in profiles], step_s),
     )
 
 

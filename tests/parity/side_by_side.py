@@ -50,7 +50,7 @@ class SideBySide:
 
     def __init__(self, drive: Drive) -> None:
         ground = drive.ground
-        self.watchers = watchers_for(ground.choice.profiles)
+        self.watchers = watchers_for(ground.choice.profiles, ground.options.step_s)
         localization = localization_for(ground, self.watchers)
         self.batched = BatchedMethod(ground.world, self.watchers, localization)
         self.reference = ReferenceMethod(ground.hd_map, ground.world, self.watchers, localization)
@@ -74,12 +74,20 @@ class SideBySide:
         self.found.seen["fork"] += len(source)
 
     def step(
-        self, rows: Ints, tracks: Tracks, vehicles: Vehicles, seen: Measurements, threads: Threads, watch: Stopwatch
+        self,
+        number: int,
+        rows: Ints,
+        tracks: Tracks,
+        vehicles: Vehicles,
+        seen: Measurements,
+        threads: Threads,
+        watch: Stopwatch,
     ) -> None:
         isolated_before = self.batched.filters.isolated[rows].copy()
-        self.reference.step(rows, tracks, vehicles, seen, threads, watch)
+        self.reference.step(number, rows, tracks, vehicles, seen, threads, watch)
         residual, valid = tracks.residual_m[rows].copy(), tracks.residual_valid[rows].copy()
-        self.batched.step(rows, tracks, vehicles, seen, threads, watch)
+        paired = tracks.paired_m[rows][valid]
+        self.batched.step(number, rows, tracks, vehicles, seen, threads, watch)
         found = self.found
         found.close("residual", residual, tracks.residual_m[rows])
         found.same("residual valid", valid, tracks.residual_valid[rows])
@@ -92,6 +100,9 @@ class SideBySide:
         matched = tracks.segment[rows]
         found.seen["track step"] += len(rows)
         found.seen["residual"] += int(valid.sum())
+        both = tracks.fix_valid[rows] & seen.camera_valid[tracks.vehicle[rows]]
+        found.seen["late residual"] += int((valid & ~both).sum())
+        found.close("paired fix", paired, tracks.paired_m[rows][valid])
         found.seen["on another lane"] += int((valid & (self._lane_of_segment[matched] != lane)).sum())
         found.seen["in a junction"] += int(self._internal[lane].sum())
         found.seen["isolated"] += int(isolated.sum())

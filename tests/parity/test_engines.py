@@ -35,3 +35,17 @@ def test_both_engines_agree_after_every_step(drive: Drive, mode: int):
     assert found.seen["in a junction"] > 20
     assert mode == TRACKED or found.seen["on another lane"] > 100
     assert found.seen["repair"] == 0
+
+
+def test_both_engines_agree_at_a_short_step(short_steps: Drive):
+    """Residuals are of samples of different steps, and GNSS is taken back by fixes of earlier ones."""
+    method = SideBySide(short_steps)
+    drive_through(short_steps, 3, method)
+    found = method.found
+    assert max(found.worst.pop("lstm"), found.worst.pop("lstm_cusum")) < FLOAT32_TOLERANCE
+    assert {quantity: worst for quantity, worst in found.worst.items() if not worst < TOLERANCE} == {}
+    assert +found.disagreements == {}
+    # Ten or five residuals a second in forty steps.
+    assert 0.1 < found.seen["residual"] / found.seen["track step"] < 0.25
+    assert found.seen["late residual"] > 0.5 * found.seen["residual"]
+    assert min(found.seen["isolation begins"], found.seen["isolation ends"]) > 10

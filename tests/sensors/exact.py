@@ -50,6 +50,7 @@ class Drive:
     profiles: tuple[SensorProfile, ...]
     count: int = 1
     seed: int = 1
+    step_s: float = STEP_S
     vehicles: Vehicles = field(init=False)
     measurements: Measurements = field(init=False)
     sensors: Sensors = field(init=False)
@@ -57,7 +58,7 @@ class Drive:
     step: int = field(init=False, default=-1)
 
     def __post_init__(self) -> None:
-        self.sensors = Sensors(self.profiles, STEP_S)
+        self.sensors = Sensors(self.profiles, self.step_s)
         self.vehicles = Vehicles.empty(self.count)
         self.measurements = Measurements.empty(self.count)
         self.state = self.sensors.new_state(self.count)
@@ -77,8 +78,8 @@ class Drive:
     def move(self, speed_mps: float, yaw_rate_rps: float) -> None:
         """Move every vehicle along an exact arc for one step."""
         v = self.vehicles
-        turn = yaw_rate_rps * STEP_S
-        chord = speed_mps * STEP_S if turn == 0.0 else 2.0 * speed_mps / yaw_rate_rps * np.sin(turn / 2.0)
+        turn = yaw_rate_rps * self.step_s
+        chord = speed_mps * self.step_s if turn == 0.0 else 2.0 * speed_mps / yaw_rate_rps * np.sin(turn / 2.0)
         middle = v.yaw_rad + turn / 2.0
         v.rear_m += chord * np.stack([np.cos(middle), np.sin(middle)], axis=1)
         v.yaw_rad[:] = v.yaw_rad + turn

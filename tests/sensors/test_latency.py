@@ -86,3 +86,22 @@ def test_a_late_heading_is_carried_on_by_the_gyro():
     drive_on(drive, 10.0, 0.2)
     error = drive.measurements.heading_rad - drive.vehicles.yaw_rad
     np.testing.assert_allclose(error, 0.05 * drive.state.gyro_bias_rps, rtol=1e-9)
+
+
+def test_odometer_and_gyro_may_be_late_by_several_steps():
+    drive = Drive((profile(odometer={"latency_s": 0.025}, gyro={"latency_s": 0.02}),), step_s=0.01)
+    for step in range(6):
+        drive.move(10.0 + step, 0.1 * step)
+        measured = drive.sense()
+        # Two and a half steps ago, two steps ago; before it entered the vehicle moved as in its first step.
+        older, newer = max(step - 3, 0), max(step - 2, 0)
+        assert measured.speed_mps[0] == pytest.approx(10.0 + 0.5 * (older + newer))
+        assert measured.yaw_rate_rps[0] == pytest.approx(0.1 * newer)
+
+
+def test_a_heading_that_is_late_by_several_steps_is_carried_on_by_the_gyro():
+    late = profile(heading={"latency_s": 0.025}, gyro={"bias_deg_per_h": 9_000.0, "bias_tau_s": 1e6})
+    drive = Drive((late,), step_s=0.01)
+    drive_on(drive, 10.0, 0.2)
+    error = drive.measurements.heading_rad - drive.vehicles.yaw_rad
+    np.testing.assert_allclose(error, 0.025 * drive.state.gyro_bias_rps, rtol=1e-3)

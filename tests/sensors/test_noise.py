@@ -5,9 +5,12 @@ from math import exp, pi, sqrt
 import numpy as np
 import pytest
 
+from gpsec.pipeline.filter_noise import filter_noise
 from tests.sensors.exact import STEP_S, Drive, profile
 
 N = 40_000
+# For what takes many steps.
+FEW = 4_000
 # A sample standard deviation of N normal draws is within this of σ in all but 1 in 10^6 cases (4.9 standard errors).
 TOLERANCE = 4.9 / sqrt(2.0 * N)
 
@@ -110,3 +113,27 @@ def test_channels_are_independent_of_each_other():
     errors = np.column_stack([m.fix_m, m.speed_mps, m.yaw_rate_rps, m.heading_rad, m.lane_poly])
     off_diagonal = np.corrcoef(errors.T) - np.eye(9)
     assert np.abs(off_diagonal).max() < 4.9 / sqrt(N)
+
+
+@pytest.mark.parametrize("step_s", [0.1, 0.01, 0.005, 0.002])
+def test_the_gyro_s_angle_walks_alike_at_every_step(step_s):
+    """After a second the angle is off by ARW·√(1 s), also where samples of 10 ms are held for several steps."""
+    drive = Drive((profile(gyro={"angle_random_walk_deg_per_sqrt_h": 0.6, "rate_hz": 100.0}),), FEW, step_s=step_s)
+    angle = np.zeros(FEW)
+    for _ in range(round(1.0 / step_s)):
+        angle += drive.sense().yaw_rate_rps * step_s
+    # A sample that is held on beyond the end, or came before the begin, is there for a part of its time.
+    assert np.std(angle) == pytest.approx(0.6 / 60.0 * pi / 180.0, rel=4.9 / sqrt(2.0 * FEW))
+
+
+@pytest.mark.parametrize("step_s", [0.1, 0.01, 0.005, 0.002])
+def test_filters_are_told_how_far_the_odometer_strays(step_s):
+    """The process noise of a second adds up to the error that the held samples make of the way."""
+    entry = profile(odometer={"white_mps": 0.1, "rate_hz": 100.0})
+    drive = Drive((entry,), FEW, step_s=step_s)
+    steps = round(1.0 / step_s)
+    way_m = np.zeros(FEW)
+    for _ in range(steps):
+        way_m += drive.sense().speed_mps * step_s
+    told_m = filter_noise(entry, step_s).odometer_white_mps * step_s * sqrt(steps)
+    assert np.std(way_m) == pytest.approx(told_m, rel=4.9 / sqrt(2.0 * FEW))

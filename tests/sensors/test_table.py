@@ -66,10 +66,6 @@ def test_one_row_a_profile_in_their_order():
     [
         ((), "expected at least one sensor profile, found none"),
         ((profile("twice"), profile("twice")), "found 'twice' 2 times"),
-        (
-            (profile("slow", odometer={"latency_s": 0.15}),),
-            "sensor profile 'slow': odometer.latency_s is 0.15, expected at most the step length of 0.1 s",
-        ),
     ],
 )
 def test_what_cannot_be_modelled_is_refused(profiles, message):
