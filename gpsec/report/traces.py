@@ -1,6 +1,7 @@
 """The figures of single vehicles: lane offsets, residual, statistics, path."""
 
 from collections.abc import Mapping, Sequence
+from math import ceil
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,8 @@ from gpsec.results import Results
 
 # What is shown of a journey before and after the attack.
 BEFORE_S, AFTER_S = 10.0, 20.0
+# A sample is drawn until the next one: cameras and detectors have none in every short step.
+_HELD_S = 0.2
 # Points of a line; more of them cannot be seen, and weigh.
 _MOST_POINTS = 400
 
@@ -29,8 +32,18 @@ def rows_of(story: Story, steps: pd.DataFrame) -> pd.DataFrame:
     before = (mine["plan"] == "none") & ((mine["time_s"] < story.start_s - 1e-6) | (story.attack == "none"))
     rows = mine[before | ((mine["plan"] == story.attack) & (story.attack != "none"))]
     shown = (rows["time_s"] >= story.start_s - BEFORE_S) & (rows["time_s"] <= story.end_s + AFTER_S)
-    rows = rows[shown].sort_values("time_s")
+    rows = _held(rows[shown].sort_values("time_s"))
     return rows.iloc[:: max(1, -(-len(rows) // _MOST_POINTS))]
+
+
+def _held(rows: pd.DataFrame) -> pd.DataFrame:
+    """Return the rows with what the camera, the residual and the statistics were last, unless that is long ago."""
+    step_s = rows["time_s"].diff().min()
+    limit = ceil(_HELD_S / step_s - 1e-6) - 1 if step_s > 0.0 else 0
+    if limit < 1:
+        return rows
+    sampled = [name for name in rows if name in ("camera_offset_m", "residual_m") or str(name).endswith("_statistic")]
+    return rows.assign(**{str(name): rows[name].ffill(limit=limit) for name in sampled})
 
 
 def trace_figures(
