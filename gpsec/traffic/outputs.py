@@ -1,4 +1,4 @@
-"""Lets SUMO run where an input names an output in a folder that is not there: it gets a copy without that output."""
+"""Lets SUMO run where it could not write what an input asks for, or would print it: it gets a copy without that."""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -11,8 +11,9 @@ from gpsec.sumohome import expand_variables
 from gpsec.traffic.input_files import FileReference, files_named, input_files, references
 from gpsec.traffic.inputs import UNREADABLE, open_input
 
-# What SUMO takes for no file, or for what it prints; nothing of pictures is written.
-_NO_FILES = ("nul", "null", "/dev/null", "stdout", "stderr", "-")
+# What SUMO takes for no file, and for what it prints, which would reach our terminal; nothing of pictures is written.
+_NO_FILES = ("nul", "null", "/dev/null")
+_PRINTED = ("stdout", "stderr", "-")
 _PICTURES = ("imgFile", "osgFile")
 _NOWHERE = "NUL"
 
@@ -20,8 +21,8 @@ _NOWHERE = "NUL"
 def without_lost_outputs(files: Iterable[Path], folder: Path) -> dict[Path, Path]:
     """Copy into `folder` what SUMO cannot run, and return where each of those files, by its real path, is then.
 
-    These are the input files, included ones too, that name an output in a folder that is not there, and those that
-    include one of them. SUMO refuses them, although nothing that it writes is kept.
+    These are the input files, included ones too, that name an output in a folder that is not there, which SUMO refuses
+    although nothing that it writes is kept, those that let it print, and those that include one of them.
     """
     each = [path.resolve() for path in input_files(files)]
     lost = {path for path in each if any(map(_is_lost, references(path)))}
@@ -39,8 +40,10 @@ def _is_lost(named: FileReference) -> bool:
     if not _is_output(named):
         return False
     name = expand_variables(named.value)
+    if name.lower() in (*_NO_FILES, *_PRINTED):
+        return name.lower() in _PRINTED
     try:
-        return name.lower() not in _NO_FILES and not (named.file.parent / name).parent.is_dir()
+        return not (named.file.parent / name).parent.is_dir()
     except OSError:
         return True
 

@@ -29,6 +29,13 @@ def test_a_folder_that_is_not_there_stops_no_run(scenario, tmp_path, file):
     assert listing(tmp_path) == before
 
 
+@pytest.mark.parametrize("file", ["stdout", "stderr", "${OUT}"])
+def test_nothing_is_printed(scenario, capfd, monkeypatch, file):
+    monkeypatch.setenv("OUT", "stdout")
+    assert steps(scenario(CAR + TRIP, LOOP.format(file))) == 20
+    assert capfd.readouterr() == ("", "")
+
+
 def test_devices_of_vehicles_stop_no_run(scenario):
     ssm = '<param key="has.ssm.device" value="true"/><param key="device.ssm.file" value="nodir/ssm.xml"/>'
     assert steps(scenario(f'{CAR}<vehicle id="v" type="car" depart="0">{ssm}{ROUTE}</vehicle>')) == 20
