@@ -32,6 +32,7 @@ _PLACE: _Bounds = (-FARTHEST_M, FARTHEST_M)
 _CURVATURE: _Bounds = (-1e3, 1e3)
 # Radians; beyond this, turns are all that is left of a double.
 _ANGLE: _Bounds = (-1e6, 1e6)
+_ROLL: _Bounds = (-1.6, 1.6)
 _LANE: _Bounds = (-_MOST_LANES, _MOST_LANES)
 # A cubic may have any coefficients as long as its values are sensible, which is checked where it is evaluated.
 _ANY: _Bounds = (-1e30, 1e30)
@@ -45,7 +46,7 @@ _NUMBERS: dict[str, dict[str, _Bounds]] = {
     "poly3": _CUBIC,
     "paramPoly3": {f"{power}{axis}": _ANY for axis in "UV" for power in "abcd"},
     "elevation": {"s": _STATION} | _CUBIC,
-    "superelevation": {"s": _STATION} | _CUBIC,
+    "superelevation": {"s": _STATION} | _CUBIC | {"a": _ROLL},
     "laneOffset": {"s": _STATION} | _CUBIC,
     "laneSection": {"s": _STATION},
     "lane": {"id": _LANE},
@@ -98,7 +99,8 @@ def _fits(written: str, bounds: _Bounds) -> bool:
         value = float(written)
     except ValueError:
         return False
-    if "_" in written or not isfinite(value):
+    # Python reads more than XML's numbers.
+    if "_" in written or not written.isascii() or not isfinite(value):
         return False
     return bounds[0] <= value <= bounds[1] and (bounds is not _LANE or value == int(value))
 

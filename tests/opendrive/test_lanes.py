@@ -71,6 +71,32 @@ def test_widths_lie_in_the_tilted_plane(tmp_path: Path) -> None:
     assert found[0, -1].points_m[:, 1] == pytest.approx(-2.0 * np.cos(0.1))
 
 
+def test_level_lanes_are_horizontal_beside_tilted_ones(tmp_path: Path) -> None:
+    tilt = '<superelevation s="0" a="0.3" b="0" c="0" d="0"/>'
+    level = lane(-2, 3.0).replace('level="false"', 'level="true"')
+    found = lines(tmp_path, road(section("", lane(-1, 4.0) + level), lateral=tilt))
+    assert found[0, -1].points_m[:, 1] == pytest.approx(-2.0 * np.cos(0.3))
+    assert found[0, -2].points_m[:, 1] == pytest.approx(-4.0 * np.cos(0.3) - 1.5)
+
+
+def test_reversed_lane_is_driven_against_its_side(tmp_path: Path) -> None:
+    against = lane(-2).replace("<lane ", '<lane direction="reversed" ')
+    found = lines(tmp_path, road(section("", lane(-1) + against)))
+    assert found[0, -1].heading_rad == pytest.approx(0.0)
+    assert np.abs(found[0, -2].heading_rad) == pytest.approx(np.pi)
+
+
+@pytest.mark.parametrize(("number", "radius"), [(1, 18.25), (-1, 21.75), (-8, 46.25)])
+def test_points_are_evenly_spaced_along_the_lane_itself(number: int, radius: float, tmp_path: Path) -> None:
+    half = 20.0 * np.pi
+    arc = f'<geometry s="0" x="0" y="0" hdg="0" length="{half}"><arc curvature="0.05"/></geometry>'
+    right = "".join(lane(-at) for at in range(1, 9))
+    found = lines(tmp_path, road(section(lane(1), right), arc, half))[0, number]
+    gaps = np.hypot(*np.diff(found.points_m, axis=0).T)
+    assert gaps == pytest.approx(np.pi * radius / len(gaps), rel=1e-3)
+    assert 0.9 < gaps.mean() <= 1.0
+
+
 def test_lanes_that_nobody_drives_on_take_their_room(tmp_path: Path) -> None:
     found = lines(tmp_path, road(section("", lane(-1, 1.0, "shoulder") + lane(-2, 3.0))))
     assert list(found) == [(0, -2)]
