@@ -6,7 +6,8 @@ from pathlib import Path
 from gpsec.traffic.input_files import input_files
 from gpsec.traffic.inputs import all_matches
 
-_NUMBERED = rb"""\sid\s*=\s*["']([^"']*#\d+)["']"""
+# As programs write it. Names differ all the same where a hand has written it otherwise.
+_NUMBERED = rb"""id=["']([^"']*#\d+)["']"""
 
 
 def numbered_ids(files: Iterable[Path]) -> frozenset[str]:

@@ -76,6 +76,7 @@ class SumoSession:
         self._open = True
         self._stderr = CaughtStderr()
         self._folder = Path(tempfile.mkdtemp(prefix="gpsec-sumo-")).resolve()
+        self._copies: dict[Path, Path] = {}
         self._window: Window | None = None
         self._start(["sumo"] if delay_ms is None else ["sumo-gui", *window_arguments(self._folder, delay_ms)])
         if delay_ms is not None:
@@ -87,11 +88,11 @@ class SumoSession:
             "error-log": str(self._folder / "sumo.log"),
         }
         os.environ["SUMO_HOME"] = str(sumo_home())  # where libsumo looks for what comes with it
-        self._copies = without_lost_outputs([self.options.net_file, *self._input_files], self._folder)
-        arguments = [*program, *(self._with_copies(value) for value in self.options.arguments)]
-        for name, value in outputs.items():
-            arguments += [f"--{name}", value]
         try:
+            self._copies = without_lost_outputs([self.options.net_file, *self._input_files], self._folder)
+            arguments = [*program, *(self._with_copies(value) for value in self.options.arguments)]
+            for name, value in outputs.items():
+                arguments += [f"--{name}", value]
             with self._stderr:
                 libsumo.start(arguments)
             self.step_s: float = libsumo.simulation.getDeltaT()
@@ -220,6 +221,7 @@ class SumoSession:
                     libsumo.close()
         finally:
             log = self._folder / "sumo.log"
-            self.warnings = log.read_text(errors="replace").splitlines() if log.exists() else []
+            said = log.read_text(errors="replace") if log.exists() else ""
+            self.warnings = self._in_words_of_the_user(said).splitlines()
             shutil.rmtree(self._folder, ignore_errors=True)
             self._stderr.close()

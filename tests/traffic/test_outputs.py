@@ -68,10 +68,16 @@ def test_a_complaint_about_a_copied_file_names_the_users(scenario):
     assert "none" in str(caught.value)
 
 
+def test_a_warning_about_a_copied_file_names_the_users(scenario):
+    config = scenario(CAR + TRIP, LOOP.format("nodir/out.xml") + '<poly id="old town" shape="0,0 1,0 1,1"/>')
+    with SumoSession(resolve_options(config, seed=1), {}, lambda departure: True) as session:
+        pass
+    assert session.warnings == ["Warning: Invalid characters for Poly ID 'old town'"]
+
+
 def test_a_complaint_about_an_output_is_in_the_users_words(scenario):
     config = scenario(CAR + TRIP, LOOP.format("here.xml"))
     (config.parent / "sub").mkdir()
-    config.write_text(config.read_text())
     (config.parent / "more.add.xml").write_text(f"<additional>{LOOP.format('sub/' + 'x' * 300)}</additional>")
     with pytest.raises(GpsecError) as caught:
         steps(config)
