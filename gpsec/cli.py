@@ -1,14 +1,15 @@
 """The entry point. Every process that is spawned imports it again, so it imports next to nothing."""
 
-import errno
 import os
 import signal
 import sys
+from contextlib import suppress
 from pathlib import Path
 from types import FrameType
 
 from gpsec.console.complaint import complain
 from gpsec.errors import GpsecError, shown
+from gpsec.system import refusal
 
 INTERRUPTED = 130
 
@@ -19,6 +20,9 @@ def main(arguments: list[str] | None = None) -> int:
     for number in (signal.SIGTERM, signal.SIGHUP):
         if signal.getsignal(number) is not signal.SIG_IGN:  # as under nohup
             signal.signal(number, _as_interrupt)
+    # Without an output (as after `>&-`) the first file that is opened would be taken for it.
+    sys.stdout = sys.stdout or Path(os.devnull).open("w")  # noqa: SIM115
+    sys.stderr = sys.stderr or Path(os.devnull).open("w")  # noqa: SIM115
     try:
         Path.cwd()
     except FileNotFoundError:
@@ -26,19 +30,28 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         from gpsec.console.commands import answer
 
-        return answer(given or ["--help"])
+        return _delivered(answer(given or ["--help"]))
     except GpsecError as error:
         return complain(error)
-    except BrokenPipeError:
-        # Whoever read our output, such as `head`, has had enough; what is left has nowhere to go.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
     except OSError as error:
-        if error.errno != errno.ENAMETOOLONG:
-            raise
-        return complain(GpsecError(f"{shown(error.filename)}: cannot be used as a path: {error.strerror}"))
+        what = f"{shown(error.filename)}: cannot be used" if error.filename else "this cannot be done"
+        # What a broken or full output has not taken is still in our hands.
+        return _delivered(0) or (0 if isinstance(error, BrokenPipeError) else complain(refusal(error, what)))
     except KeyboardInterrupt:
         return INTERRUPTED
+
+
+def _delivered(status: int) -> int:
+    """Let what was printed reach its reader; return the exit status, which is another where it cannot."""
+    try:
+        sys.stdout.flush()
+    except OSError as error:
+        with suppress(OSError):  # otherwise it would be tried again at the end
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if isinstance(error, BrokenPipeError):  # whoever read it, such as `head`, has had enough
+            return status
+        return complain(refusal(error, "standard output cannot be written"))
+    return status
 
 
 def _as_interrupt(number: int, frame: FrameType | None) -> None:

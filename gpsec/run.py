@@ -19,6 +19,7 @@ from gpsec.pipes import PeerGoneError, receive, send
 from gpsec.processes import end_with_parent, ended_early, ignore_interrupts, redirect_output, start
 from gpsec.progress import DONE, FAILED, Progress
 from gpsec.scenario import Scenario
+from gpsec.system import refusal
 from gpsec.warmup import compile_kernels
 
 __all__ = ["Failure", "Outcome", "Progress", "run_scenarios"]
@@ -88,9 +89,15 @@ def run_scenarios(
             compile_kernels(waiting, work, report)
         while waiting or running:
             while waiting and len(running) < jobs:
-                worker = _start(waiting.pop(0), work, run or _pipeline)
+                scenario = waiting.pop(0)
+                try:
+                    worker = _start(scenario, work, run or _pipeline)
+                except OSError as error:  # too many files or processes; what has finished stays
+                    outcome.failures.append(_failure(scenario, refusal(error, "its process cannot be started")))
+                    report(Progress(scenario.name, stage=FAILED))
+                    continue
                 running[worker.connection] = worker
-            for connection in wait(list(running)):
+            for connection in wait(list(running)) if running else ():
                 worker = running[connection]  # type: ignore[index]
                 if not worker.listen(report):
                     del running[worker.connection]
@@ -200,16 +207,20 @@ def _start(scenario: Scenario, work: Path, run: Run) -> _Worker:
 def _work(run: Run, scenario: Scenario, folder: Path, log: Path, connection: Connection) -> None:
     """Be the process of one scenario."""
     end_with_parent()
-    redirect_output(log)
-    scratch = folder.with_name(f".{folder.name}.tmp")
-    for made in (folder, scratch):
-        if made.exists():  # what is left of an earlier try
-            shutil.rmtree(made)
-        made.mkdir()
-    # What a killed process leaves behind goes away with the folder of the run.
-    tempfile.tempdir = os.environ["TMPDIR"] = str(scratch)
+
+    def prepared(scenario: Scenario, folder: Path, tell: Report) -> None:
+        redirect_output(log)
+        scratch = folder.with_name(f".{folder.name}.tmp")
+        for made in (folder, scratch):
+            if made.exists():  # what is left of an earlier try
+                shutil.rmtree(made)
+            made.mkdir()
+        # What a killed process leaves behind goes away with the folder of the run.
+        tempfile.tempdir = os.environ["TMPDIR"] = str(scratch)
+        run(scenario, folder, tell)
+
     try:
-        send(connection, _result(run, scenario, folder, _Teller(connection)))
+        send(connection, _result(prepared, scenario, folder, _Teller(connection)))
     except PeerGoneError:
         sys.exit(1)  # the parent is gone
 
@@ -223,15 +234,26 @@ def _result(run: Run, scenario: Scenario, folder: Path, tell: Report) -> object:
     try:
         run(scenario, folder, tell)
     except GpsecError as error:
-        return Failure(scenario.name, str(error), kind=type(error))
+        return _failure(scenario, error)
     except KeyboardInterrupt as interrupt:
         return interrupt
     except PeerGoneError:
         raise
+    except OSError as error:
+        said = refusal(error, f"{error.filename or folder}: cannot be used")
+        return _failure(scenario, said) if isinstance(said, MachineError) else _fault(scenario, error)
     except Exception as error:
-        said = f"fault in gpsec ({type(error).__name__}: {error})"
-        return Failure(scenario.name, said, traceback.format_exc(), MachineError)
+        return _fault(scenario, error)
     return True
+
+
+def _failure(scenario: Scenario, error: GpsecError) -> Failure:
+    return Failure(scenario.name, str(error), kind=type(error))
+
+
+def _fault(scenario: Scenario, error: Exception) -> Failure:
+    said = f"fault in gpsec ({type(error).__name__}: {error})"
+    return Failure(scenario.name, said, "".join(traceback.format_exception(error)), MachineError)
 
 
 class _Teller:

@@ -1,6 +1,5 @@
 """The commands and their options. What takes long to import is imported by the command that needs it."""
 
-import sys
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -365,7 +364,6 @@ def list_(
     """  # noqa: D301
     for line in lines(kind, folder):
         say(line)
-    sys.stdout.flush()
 
 
 @app.command()
@@ -409,7 +407,6 @@ def schema() -> None:
     from gpsec.scenario.schema import json_schema
 
     print(json.dumps(json_schema(), indent=2, ensure_ascii=False))
-    sys.stdout.flush()
 
 
 @app.command()

@@ -4,6 +4,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 from gpsec.errors import GpsecError, shown
+from gpsec.system import in_a_sentence
 
 MANIFEST = "manifest.json"
 REPORT = "report.html"
@@ -29,10 +30,8 @@ def check_output(out: Path, overwrite: bool) -> None:
     Raises:
         GpsecError: it is a file, or it holds something that would be lost.
     """
-    try:
+    with in_a_sentence(f"{shown(out)}: no results can be written there"):
         there, holds_nothing = out.exists(), not out.is_dir() or not any(out.iterdir())
-    except OSError as error:
-        raise GpsecError(f"{shown(out)}: no results can be written there: {error.strerror}") from None
     if out.is_symlink() and not there:
         raise GpsecError(f"{out}: expected an output folder, found a link that leads nowhere")
     if there and not out.is_dir():

@@ -1,7 +1,7 @@
 """`gpsec run`: from scenario arguments to published folders and tables on the terminal."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from threading import Thread
@@ -10,17 +10,19 @@ from rich.console import Console
 
 from gpsec.console import terminal
 from gpsec.console.bars import display
+from gpsec.console.complaint import complain
 from gpsec.console.folders import MANIFEST, check_output, resolved
 from gpsec.console.publishing import publish
 from gpsec.console.workshop import Workshop, clear, workshops
-from gpsec.errors import GpsecError
+from gpsec.errors import GpsecError, MachineError
 from gpsec.processes import ignore_interrupts
 from gpsec.run import Failure, Outcome, Run, run_scenarios
 from gpsec.scenario import Scenario, load_scenario
 from gpsec.scenario.overrides import Override
+from gpsec.system import in_a_sentence
 from gpsec.threads import cores
 
-USER_ERROR, INTERRUPTED = 2, 130
+INTERRUPTED = 130
 
 
 def launch(
@@ -60,18 +62,22 @@ def launch(
             work.begin(resume=resume)
         outcome = _run(missing, works[next(iter(groups))].folder, jobs or cores(), messages, run, report)
         refused = _publish_all(missing, outcome, works, overwrite or resume)
-        for error in refused:
-            messages.print(f"gpsec: error: {error}", markup=False, highlight=False, soft_wrap=True)
         for failure in outcome.failures:
             _say(failure, messages)
-        for folder in groups:
-            if folder not in missing or _finished(missing[folder], outcome):
-                _show(folder)
-                if parquet:
-                    _write_parquet(folder)
-                if report:
-                    _report(folder, messages)
-    return _status(outcome, missing, messages) or min((error.status for error in refused), default=0)
+        for error in refused:
+            complain(error)
+        status = _status(outcome, missing, refused, messages)
+        afterwards = [
+            _tell(folder, messages, report=report, parquet=parquet)
+            for folder in groups
+            if folder not in missing or _finished(missing[folder], outcome)
+        ]
+    return status or _worst(afterwards)
+
+
+def _worst(statuses: Iterable[int]) -> int:
+    """Return the exit status of several: that of a machine that failed comes before that of a user who erred."""
+    return min((status for status in statuses if status), default=0)
 
 
 def _run(
@@ -92,15 +98,18 @@ def _publish_all(
     refused: list[GpsecError] = []
     first, *others = works.values()
     with ignore_interrupts():
+        made = outcome.finished
         for folder, members in groups.items():
             try:
-                _publish(folder, members, outcome, first.folder, works[folder].folder / ".merged", overwrite)
+                with in_a_sentence(f"{folder}: cannot be written"):
+                    _publish(folder, members, outcome, first.folder, works[folder].folder / ".merged", overwrite)
             except GpsecError as error:
                 refused.append(error)
                 _take_back(members, outcome)
-        first.kept = bool(outcome.finished) and (outcome.interrupted or bool(outcome.failures))
+        failed = bool(outcome.failures) or any(isinstance(error, MachineError) for error in refused)
+        first.kept = bool(made) and (outcome.interrupted or failed)
         if first.kept:
-            clear(first.folder, keep=outcome.finished)
+            clear(first.folder, keep=made)
         for work in others:
             work.kept = False
     return refused
@@ -181,42 +190,62 @@ def _say(failure: Failure, messages: Console) -> None:
     messages.print(line, markup=False, highlight=False, soft_wrap=True)
 
 
+def _tell(folder: Path, messages: Console, *, report: bool, parquet: bool) -> int:
+    """Show the tables of a run and write what is made of them; return the exit status.
+
+    The results stand already: what goes wrong now does not take them away, nor what else is to be made.
+    """
+    parts: list[Callable[[], None]] = [lambda: _show(folder)]
+    if parquet:
+        parts.append(lambda: _write_parquet(folder))
+    if report:
+        parts.append(lambda: _report(folder, messages))
+    found = []
+    for part in parts:
+        try:
+            part()
+        except GpsecError as error:
+            found.append(complain(error))
+    return _worst(found)
+
+
 def _show(folder: Path) -> None:
     from gpsec.outcomes.summary import print_summary
 
     # The tables are laid out for this width, also in a file or a pipe.
-    print_summary(folder, terminal.tables(120))
+    with in_a_sentence("the tables cannot be shown"):
+        print_summary(folder, terminal.tables(120))
 
 
 def _write_parquet(folder: Path) -> None:
     from gpsec.results import load, write_parquet
 
-    try:
+    with in_a_sentence(f"{folder}: no Parquet files can be written there"):
         write_parquet(load(folder))
-    except OSError as error:
-        raise GpsecError(f"{folder}: no Parquet files can be written there: {error.strerror}") from None
 
 
 def _report(folder: Path, messages: Console) -> None:
-    """Write the report of a run, whose results stand already: what goes wrong now does not take them away."""
     from gpsec.report.make import write_report
     from gpsec.results import load
 
-    try:
-        said = f"report: {write_report(load(folder))}"
-    except (GpsecError, OSError) as error:
-        said = f"{folder}: no report could be written: {error}"
-    messages.print(f"gpsec: {said}", markup=False, highlight=False, soft_wrap=True)
+    with in_a_sentence(f"{folder}: no report can be written there"):
+        path = write_report(load(folder))
+    messages.print(f"gpsec: report: {path}", markup=False, highlight=False, soft_wrap=True)
 
 
-def _status(outcome: Outcome, groups: Mapping[Path, Sequence[Scenario]], messages: Console) -> int:
+def _status(
+    outcome: Outcome, groups: Mapping[Path, Sequence[Scenario]], refused: Sequence[GpsecError], messages: Console
+) -> int:
     """Say what has been kept of a run that is not complete, and return the exit status."""
-    if outcome.interrupted or outcome.failures:
+    misplaced = any(isinstance(error, MachineError) for error in refused)
+    if outcome.interrupted or outcome.failures or misplaced:
         kept = [str(folder) for folder, members in groups.items() if _finished(members, outcome)]
         what = "interrupted" if outcome.interrupted else "not all scenarios finished"
         names = ", ".join(outcome.finished)
         line = f"{names} kept in {', '.join(kept)}; --resume goes on" if kept else "nothing has been written"
+        if misplaced:
+            what, line = "not all is in its place", "what has been made is kept; --resume goes on"
         messages.print(f"gpsec: {what}; {line}", markup=False, highlight=False, soft_wrap=True)
     if outcome.interrupted:
         return INTERRUPTED
-    return min((failure.kind.status for failure in outcome.failures), default=0)
+    return _worst([*(failure.kind.status for failure in outcome.failures), *(error.status for error in refused)])

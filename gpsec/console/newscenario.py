@@ -18,6 +18,7 @@ from gpsec.scenario.model import MAX_NAME, NAME
 from gpsec.scenario.paths import TOML_NAME, UNUSABLE, reason
 from gpsec.scenario.schema import SCHEMA_FILE, json_schema
 from gpsec.scenario.template import busiest_lane, example_zone, netedit_config, sumo_config, toml
+from gpsec.system import in_a_sentence
 
 
 def new_scenario(folder: Path, net_file: Path, period_s: float | None, duration_s: float, seed: int) -> None:
@@ -34,15 +35,15 @@ def new_scenario(folder: Path, net_file: Path, period_s: float | None, duration_
         GpsecError: the folder exists or cannot be made, or the net cannot be used; nothing is left behind then.
     """
     _check(folder, net_file)
-    try:
-        with tempfile.TemporaryDirectory(prefix=f".{folder.name}.partial-", dir=folder.parent) as work:
-            made = Path(work) / "made"
-            with status(messages(), f"{folder}: ") as tell:
-                said = _fill(made, folder, net_file, period_s, duration_s, seed, tell)
-            made.chmod(0o755)
-            made.rename(folder)
-    except OSError as error:
-        raise GpsecError(f"{folder}: cannot be made: {error.strerror or error}") from None
+    with (
+        in_a_sentence(f"{folder}: cannot be made"),
+        tempfile.TemporaryDirectory(prefix=f".{folder.name}.partial-", dir=folder.parent) as work,
+    ):
+        made = Path(work) / "made"
+        with status(messages(), f"{folder}: ") as tell:
+            said = _fill(made, folder, net_file, period_s, duration_s, seed, tell)
+        made.chmod(0o755)
+        made.rename(folder)
     say(f"{folder}: {said}, and an example zone")
     say(f"  edit: netedit {folder / folder.name}.netecfg")
     say(f"  run:  gpsec run {folder}")

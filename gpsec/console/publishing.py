@@ -14,6 +14,7 @@ from pathlib import Path
 from gpsec.console.folders import MANIFEST, check_output, written_by_runs
 from gpsec.disk import copy_attributes, exchange, link_tree, sync, sync_tree
 from gpsec.errors import GpsecError, MachineError
+from gpsec.system import refusal
 
 # The new run while it is copied; complete, while the former one is moved aside; while it is moved to its place.
 COPIED, COMPLETE, MOVED = ".gpsec-copied", ".gpsec-complete", ".gpsec-moved"
@@ -34,15 +35,14 @@ def publish(made: Path, out: Path, overwrite: bool) -> None:
         sync_tree(made)
         _put(made, out)
     except (GpsecError, OSError) as error:
-        said = str(error) if isinstance(error, GpsecError) else f"{out}: cannot be written: {error.strerror}"
-        kind = type(error) if isinstance(error, GpsecError) else MachineError
+        said = error if isinstance(error, GpsecError) else refusal(error, f"{out}: cannot be written")
         instead = _beside(out)
         try:
             _without_others(made)
             _rename(made, instead)
         except OSError:
-            raise kind(said) from None
-        raise kind(f"{said} (the results of this run are in {instead})") from None
+            raise said from None
+        raise type(said)(f"{said} (the results of this run are in {instead})") from None
     finish(out)
 
 
@@ -78,9 +78,8 @@ def finish(out: Path) -> None:
                 shutil.rmtree(former)
             shutil.rmtree(moved)
     except OSError as error:
-        raise MachineError(
-            f"{out}: cannot be written: {error.strerror}; the next gpsec run or report there goes on with it"
-        ) from None
+        said = refusal(error, f"{out}: cannot be written")
+        raise MachineError(f"{said}; the next gpsec run or report there goes on with it") from None
 
 
 def _put(made: Path, out: Path) -> None:

@@ -16,6 +16,7 @@ from gpsec.report.make import Steps, logged_steps, write_report, write_trace
 from gpsec.report.told import told
 from gpsec.report.traces import rows_of
 from gpsec.results import Results, load, write_spreadsheets
+from gpsec.system import in_a_sentence
 
 
 def report(folder: Path, out: Path | None, *, again: bool, geojson: bool, spreadsheet: bool = False) -> None:
@@ -35,14 +36,12 @@ def report(folder: Path, out: Path | None, *, again: bool, geojson: bool, spread
         except GpsecError as error:
             # The report is worth having without them, and says what it lacks.
             messages().print(f"gpsec: no traces: {error}", markup=False, highlight=False, soft_wrap=True)
-    try:
+    with in_a_sentence(f"{out or folder}: no report can be written there"):
         written = [write_report(run, steps, out)]
         if geojson:
             written.append(write_places(run))
         if spreadsheet:
             written += write_spreadsheets(run)
-    except OSError as error:
-        raise GpsecError(f"{out or folder}: no report can be written there: {error.strerror}") from None
     for path in written:
         say(path)
 
@@ -53,10 +52,10 @@ def compare(first: Path, second: Path, out: Path | None) -> None:
     Raises:
         GpsecError: one is no run, they have no vehicle in common, or nothing can be written there.
     """
-    try:
-        say(write_comparison(_loaded(first), _loaded(second), out))
-    except OSError as error:
-        raise GpsecError(f"{out or second}: no page can be written there: {error.strerror}") from None
+    runs = _loaded(first), _loaded(second)
+    with in_a_sentence(f"{out or second}: no page can be written there"):
+        page = write_comparison(*runs, out)
+    say(page)
 
 
 def tell(folder: Path, vehicle_id: str, scenario: str | None, attack: str | None, out: Path | None) -> None:
@@ -76,10 +75,9 @@ def tell(folder: Path, vehicle_id: str, scenario: str | None, attack: str | None
     for part in told(run, story, rows_of(story, logged)):
         console.print(part, markup=False, highlight=False)
     path = out or folder / f"trace-{re.sub(r'[^A-Za-z0-9._-]+', '_', vehicle_id)[:100]}.html"
-    try:
-        say(write_trace(run, story, steps, path))
-    except OSError as error:
-        raise GpsecError(f"{path}: no page can be written there: {error.strerror}") from None
+    with in_a_sentence(f"{path}: no page can be written there"):
+        page = write_trace(run, story, steps, path)
+    say(page)
 
 
 def _loaded(folder: Path) -> Results:

@@ -12,6 +12,7 @@ from pathlib import Path
 from gpsec.console.folders import resolved
 from gpsec.console.publishing import finish, is_finished
 from gpsec.errors import GpsecError, MachineError
+from gpsec.system import refusal
 
 _LOCK = ".lock"
 _TRIES = 100
@@ -112,7 +113,7 @@ def _locked(folder: Path, out: Path) -> TextIOWrapper | None:
     except FileNotFoundError:
         return None
     except OSError as error:
-        raise GpsecError(f"{out}: no results can be written there: {error.strerror}") from None
+        raise refusal(error, f"{out}: no results can be written there") from None
     with ExitStack() as unless_held:
         unless_held.enter_context(lock)
         try:
@@ -122,7 +123,7 @@ def _locked(folder: Path, out: Path) -> TextIOWrapper | None:
                 f"{out}: another run is being written there; wait for it, or choose another --out"
             ) from None
         except OSError as error:
-            raise GpsecError(f"{out}: cannot be locked against other runs: {error.strerror}") from None
+            raise refusal(error, f"{out}: cannot be locked against other runs") from None
         # Between opening and locking, another run may have ended and taken the folder with it.
         if not _is_at(folder / _LOCK, lock):
             return None

@@ -11,6 +11,7 @@ from gpsec.demand.trips import random_trips
 from gpsec.demand.vehicles import document
 from gpsec.errors import GpsecError
 from gpsec.hdmap.net import Lane, read_net
+from gpsec.system import refusal
 
 TYPES_FILE = "vehicle_types.add.xml"
 # Departures an hour on a kilometre of lane, and the bounds of what comes of it.
@@ -109,7 +110,7 @@ def make_demand(
             for made, kind in ((types, "types"), (work / "routes", "routes"), (work / "sumocfg", "sumocfg")):
                 made.replace(files[kind])
     except OSError as error:
-        raise GpsecError(f"{out}: cannot be written: {error.strerror or error}") from None
+        raise refusal(error, f"{out}: cannot be written") from None
     return Demand(files["sumocfg"], vehicles, flows, period)
 
 

@@ -28,6 +28,7 @@ from gpsec.opendrive.simplify import simplify
 from gpsec.opendrive.source import NO_LIMIT_MPS, spell_out_speeds
 from gpsec.opendrive.spelling import leave_out_reversed, named, spell_out
 from gpsec.opendrive.tidy import give_extent, thin_out
+from gpsec.system import refusal
 
 
 @dataclass(frozen=True)
@@ -123,7 +124,7 @@ def import_map(
             for path, target in zip(reversed(made), reversed(files), strict=True):
                 path.replace(target)
     except OSError as error:
-        raise GpsecError(f"{out}: cannot be written: {error.strerror or error}") from None
+        raise refusal(error, f"{out}: cannot be written") from None
     net_file, table, picture = files
     return Imported(net_file, table, picture, len(lanes), raw, check, tuple(mended), tuple(notes))
 

@@ -57,5 +57,5 @@ def _join(sources: list[Path], target: Path) -> None:
 def _text(path: Path) -> str:
     try:
         return path.read_text("utf-8")
-    except OSError as error:
+    except FileNotFoundError as error:
         raise GpsecError(f"{path}: expected a file of a finished run, found none ({error.strerror})") from None

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from gpsec.errors import GpsecError
 from gpsec.pipes import PeerGoneError, receive, send
+from gpsec.system import refusal
 from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.ring import DEPTH, Head, Ring
 from gpsec.traffic.source import Equip, Frame
@@ -79,6 +80,8 @@ def _last_word(
             send_all(connection, Ring(*blocks), session, asked)
     except GpsecError as error:
         return error
+    except OSError as error:
+        return refusal(error, f"{options.config}: SUMO cannot go on")
     except WindowClosedError:
         return KeyboardInterrupt()
     return session.warnings, session.traffic_only
