@@ -15,6 +15,7 @@ from xml.etree.ElementTree import Element
 
 from gpsec.errors import GpsecError, shown
 
+_NAMES = (".osm", ".osm.xml", ".osm.gz", ".osm.bz2", ".pbf")
 _BROKEN = (EOFError, zlib.error, ElementTree.ParseError, LookupError, ValueError)
 
 
@@ -36,7 +37,7 @@ class Extract:
 
 def is_extract(map_file: Path) -> bool:
     """Return whether a file is one of OpenStreetMap, by its name or its content."""
-    if any(suffix in {".osm", ".pbf"} for suffix in map_file.suffixes):
+    if map_file.name.endswith(_NAMES):
         return True
     with suppress(OSError, *_BROKEN), _opened(map_file) as stream:
         _, root = next(ElementTree.iterparse(stream, ("start",)))

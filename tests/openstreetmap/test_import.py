@@ -73,6 +73,22 @@ def test_forms_of_an_extract_make_the_same_net(here: Path, name: str, packed: by
     assert (here / "town.net.xml").read_bytes() == (here / "plain.net.xml").read_bytes()
 
 
+SCHEMA = 'xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance" xsi:noNamespaceSchemaLocation="nowhere.xsd"'
+
+
+@pytest.mark.parametrize(
+    "head", ['<!DOCTYPE osm SYSTEM "nowhere.dtd"><osm', "<!DOCTYPE osm [<!ELEMENT other EMPTY>]><osm", f"<osm {SCHEMA}"]
+)
+def test_schemas_that_an_extract_names_do_not_count(here: Path, head: str) -> None:
+    write(here, CROSSING.replace("<osm", head, 1))
+    assert cli.main(["import", "town.osm"]) == 0
+
+
+def test_name_of_an_opendrive_map_may_say_where_it_came_from(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write(here, "<OpenDRIVE/>", "town.osm.xodr")
+    refused(here, ["town.osm.xodr"], "town.osm.xodr: expected at least one road, found none", capsys)
+
+
 def test_from_an_extract_to_results(here: Path) -> None:
     write(here, CROSSING)
     assert cli.main(["import", "town.osm"]) == 0
