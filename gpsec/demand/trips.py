@@ -3,7 +3,8 @@
 from pathlib import Path
 from xml.etree import ElementTree
 
-from gpsec.errors import GpsecError, retold
+from gpsec.errors import GpsecError, MachineError, retold
+from gpsec.processes import ended_early
 from gpsec.sumotools import run_tool
 
 # How much likelier a trip begins or ends at the edge of the net than inside it.
@@ -27,6 +28,7 @@ def random_trips(
 
     Raises:
         GpsecError: the tools do not take the net.
+        MachineError: they crash, are killed, or run out of memory.
     """
     routes = folder / "trips.rou.xml"
     arguments = [
@@ -48,6 +50,8 @@ def random_trips(
     done = run_tool("randomTrips.py", arguments, folder)
     if _NONE_FOUND in done.stderr:
         return "", 0
+    if done.returncode < 0:
+        raise MachineError(f"{net_file}: {ended_early('randomTrips.py', done.returncode, 'a fault of its own')}")
     if done.returncode != 0 or not routes.is_file():
         words = (done.stderr.strip() or done.stdout.strip() or "no reason given").splitlines()[-1]
         raise GpsecError(f"{net_file}: SUMO's randomTrips.py finds no demand for it: {retold(words)}")

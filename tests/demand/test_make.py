@@ -1,5 +1,7 @@
 """A demand is made for any net, and runs."""
 
+import signal
+import subprocess
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -7,6 +9,7 @@ import numpy as np
 import pytest
 
 from gpsec import cli
+from gpsec.demand import trips
 from gpsec.demand.flows import straight_flows
 from gpsec.demand.make import make_demand, suitable_period_s
 from gpsec.hdmap.net import Lane
@@ -72,6 +75,17 @@ def test_single_road_has_traffic_and_runs(
     assert "gpsec run single/single.sumocfg" in capsys.readouterr().out
     assert cli.main(["run", "single/single.sumocfg", "--duration", "20", "--out", "results"]) == 0
     assert len((tmp_path / "results" / "vehicles.csv").read_text().splitlines()) > 5
+
+
+def test_crash_of_the_tools_is_none_of_the_nets_fault(
+    nets: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    killed = subprocess.CompletedProcess([], -signal.SIGSEGV, "", "")
+    monkeypatch.setattr(trips, "run_tool", lambda *arguments: killed)
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["demand", str(nets["grid"])]) == 1
+    assert capsys.readouterr().err.endswith(": randomTrips.py ended early (SIGSEGV: a fault of its own)\n")
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize(
