@@ -22,7 +22,6 @@ OPTIONS = (
     "--precision=4",
     "--precision.geo=8",
     "--keep-edges.by-vclass=passenger",
-    "--remove-edges.isolated",
     "--ramps.guess",
     "--tls.guess-signals",
     "--tls.discard-simple",

@@ -73,6 +73,16 @@ def test_forms_of_an_extract_make_the_same_net(here: Path, name: str, packed: by
     assert (here / "town.net.xml").read_bytes() == (here / "plain.net.xml").read_bytes()
 
 
+def test_road_that_leads_nowhere_is_a_net_too(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    street = ([1, 2, 3], {"highway": "residential"})
+    far = ([4, 5], {"highway": "unclassified"})
+    nodes = {1: (0.0, 0.0), 2: (200.0, 0.0), 3: (400.0, 30.0), 4: (0.0, 200.0), 5: (200.0, 200.0)}
+    write(here, document(nodes, [street, far]))
+    assert cli.main(["import", "town.osm"]) == 0
+    assert "parts of the net that no road joins: 2" in capsys.readouterr().out
+    assert cli.main(["demand", "town.net.xml", "--duration", "60"]) == 0
+
+
 SCHEMA = 'xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance" xsi:noNamespaceSchemaLocation="nowhere.xsd"'
 
 
