@@ -1,18 +1,22 @@
 """Results of a run as pandas frames: ``run = gpsec.results.load("results/town")``, then ``run.events`` and so on."""
 
-import json
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
 from gpsec.errors import GpsecError, shown
-from gpsec.outcomes.digests import DIGESTS, WHOLE, compared
+from gpsec.outcomes.columns import read_checked
+from gpsec.outcomes.crosscheck import check_together
+from gpsec.outcomes.digests import WHOLE, compared
+from gpsec.outcomes.geojson import read_features
 from gpsec.outcomes.manifests import read_manifest, stated_digests
-from gpsec.outcomes.tables import LARGE_TABLES, MANIFEST, MAP, STEPS, TABLES, read_table, whole
+from gpsec.outcomes.stated import check_stated
+from gpsec.outcomes.steplog import read_steps
+from gpsec.outcomes.tables import LARGE_TABLES, MANIFEST, MAP, STEPS, TABLES, whole
 
 # The longest first, since one ends in another.
 _UNITS = {"_per_vehicle_hour": "1/h", "_mps": "m/s", "_rad": "rad", "_deg": "°", "_m": "m", "_s": "s"}
@@ -46,7 +50,7 @@ def unit(column: str) -> str:
 
 @dataclass(frozen=True)
 class Results:
-    """A finished run. Its tables are read when they are first asked for.
+    """A finished run, as `load` has read and checked it.
 
     Names are categories, in the order of the run; flags are bool; an empty cell is NaN. `unit` tells the unit of a
     column. Columns are described in ``results/README.md``.
@@ -54,6 +58,7 @@ class Results:
     Attributes:
         folder: of the run.
         scenarios: manifests of the scenarios in it.
+        tables: by name; each is an attribute too.
         unfinished: name -> reason of scenarios that were part of the run and are not in the tables.
         changed: name -> ``changed``, ``missing`` or ``added`` of tables that are not what the run has written; none
             where it is of a version that kept no digests.
@@ -62,48 +67,49 @@ class Results:
 
     folder: Path
     scenarios: tuple[dict[str, Any], ...]
+    tables: Mapping[str, pd.DataFrame]
     unfinished: dict[str, str] = field(default_factory=dict)
     changed: dict[str, str] = field(default_factory=dict)
 
-    @cached_property
+    @property
     def detection(self) -> pd.DataFrame:
         """Scenario × sensor profile × attack × detector."""
-        return self._table("detection")
+        return self.tables["detection"]
 
-    @cached_property
+    @property
     def localization(self) -> pd.DataFrame:
         """Scenario × sensor profile × attack × defence."""
-        return self._table("localization")
+        return self.tables["localization"]
 
-    @cached_property
+    @property
     def safety(self) -> pd.DataFrame:
         """Scenario × sensor profile × attack × defence."""
-        return self._table("safety")
+        return self.tables["safety"]
 
-    @cached_property
+    @property
     def events(self) -> pd.DataFrame:
         """Attacked vehicle × attack × defence."""
-        return self._table("events")
+        return self.tables["events"]
 
-    @cached_property
+    @property
     def vehicles(self) -> pd.DataFrame:
         """Vehicle × attack × defence."""
-        return self._table("vehicles")
+        return self.tables["vehicles"]
 
-    @cached_property
+    @property
     def curves(self) -> pd.DataFrame:
         """Points of ROC and precision-recall."""
-        return self._table("curves")
+        return self.tables["curves"]
 
-    @cached_property
+    @property
     def error_bands(self) -> pd.DataFrame:
         """Scenario × sensor profile × attack × defence × second of the attack."""
-        return self._table("error_bands")
+        return self.tables["error_bands"]
 
-    @cached_property
+    @property
     def places(self) -> pd.DataFrame:
         """Where attacks began, were seen, and vehicles left their lane."""
-        return self._table("places")
+        return self.tables["places"]
 
     def manifest(self, scenario: str) -> dict[str, Any]:
         """Return the manifest of one scenario.
@@ -124,44 +130,25 @@ class Results:
         return self.folder / (name if alone else f"{file.stem}-{scenario}{file.suffix}")
 
     def steps(self, scenario: str, vehicles: list[str] | None = None) -> pd.DataFrame | None:
-        """Return the logged steps of a scenario, of all or some of its vehicles; None where they were not logged."""
+        """Return the logged steps of a scenario, of all or some of its vehicles; None where they were not logged.
+
+        Raises:
+            GpsecError: the file is not the one that the run has written.
+        """
         path = self.file_of(scenario, STEPS)
         if not path.is_file():
             return None
-        filters = None if vehicles is None else [("vehicle_id", "in", vehicles)]
-        try:
-            return pd.read_parquet(path, filters=filters)
-        except (OSError, ValueError) as error:
-            raise GpsecError(f"{path}: expected the steps of a run, found another file ({error})") from None
+        if path.name in self.changed:
+            raise GpsecError(f"{path}: expected the steps that the run has written, found another file")
+        return read_steps(path, vehicles)
 
     def map(self, scenario: str) -> list[dict[str, Any]]:
-        """Return the GeoJSON features of a scenario's map: lanes and zones; none where the run has no map."""
-        path = self.file_of(scenario, MAP)
-        if not path.is_file():
-            return []
-        try:
-            features: list[dict[str, Any]] = json.loads(path.read_text("utf-8"))["features"]
-        except (OSError, ValueError, KeyError, TypeError):
-            raise GpsecError(f"{path}: expected a GeoJSON collection of lanes, found another file") from None
-        return features
+        """Return the GeoJSON features of a scenario's map: lanes and zones; none where the run has no map.
 
-    def _table(self, name: str) -> pd.DataFrame:
-        path = self.folder / f"{name}.csv"
-        try:
-            frame = read_table(self.folder, name)
-        except OSError as error:
-            raise GpsecError(
-                f"{path}: expected a table of a finished run, found none ({error.strerror}); a run of an older version"
-                " lacks some, run it again"
-            ) from None
-        except ValueError as error:
-            said = str(error).partition("\n")[0]
-            raise GpsecError(f"{path}: expected a table of a finished run, found other data ({said})") from None
-        if "scenario" not in frame:
-            raise GpsecError(f"{path}: expected a table of a finished run, found no column 'scenario'")
-        for column in frame.columns.intersection(pd.Index(_CATEGORIES)):
-            frame[column] = pd.Categorical(frame[column], frame[column].dropna().unique())
-        return frame
+        Raises:
+            GpsecError: the file is no such map.
+        """
+        return read_features(self.file_of(scenario, MAP))
 
 
 def write_parquet(run: Results) -> None:
@@ -193,8 +180,10 @@ def _as_text(cell: str) -> str:
 def load(folder: Path | str) -> Results:
     """Return the results in a folder that `gpsec run` has written, wherever it has been moved.
 
+    Anybody may have edited or damaged them: manifest, tables and maps are checked here, once.
+
     Raises:
-        GpsecError: it is no such folder.
+        GpsecError: it is no such folder, or something in it is not what it should be.
 
     """
     place = Path(folder)
@@ -203,13 +192,26 @@ def load(folder: Path | str) -> Results:
     stated = read_manifest(place)
     if stated is None:
         raise GpsecError(f"{place}: expected the folder of a run, found no {MANIFEST} in it")
-    unfinished = {entry["scenario"]: entry["reason"] for entry in stated.get("unfinished", [])}
-    missing = [name for name in TABLES if not (place / f"{name}.csv").is_file()]
-    if missing:
-        raise GpsecError(
-            f"{place}: expected the tables of a run, found no {missing[0]}.csv; a run of an older version lacks some,"
-            " run it again"
-        )
-    states = compared(place, stated_digests(place, stated) or {})
-    changed = {name: state for name, state in states.items() if state != WHOLE} if DIGESTS in stated else {}
-    return Results(place, tuple(stated["scenarios"]), unfinished, changed)
+    check_stated(place, stated)
+    tables = {name: read_checked(place, name) for name in TABLES}
+    check_together(place, [each["scenario"] for each in stated["scenarios"]], tables)
+    for table in tables.values():
+        for column in table.columns.intersection(pd.Index(_CATEGORIES)):
+            table[column] = pd.Categorical(table[column], table[column].dropna().unique())
+    run = Results(
+        place,
+        tuple(stated["scenarios"]),
+        tables,
+        {entry["scenario"]: entry["reason"] for entry in stated.get("unfinished", [])},
+        _changed(place, stated_digests(place, stated)),
+    )
+    for each in run.scenarios:
+        run.map(each["scenario"])
+    return run
+
+
+def _changed(folder: Path, stated: Mapping[str, str] | None) -> dict[str, str]:
+    """Return the tables that are not what was written; none where nobody knows what was."""
+    if stated is None:
+        return {}
+    return {name: state for name, state in compared(folder, stated).items() if state != WHOLE}

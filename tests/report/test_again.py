@@ -64,7 +64,7 @@ def test_vehicles_that_were_never_attacked_are_simulated_again(logged):
 
 
 def test_another_life_of_an_unattacked_vehicle_is_noticed(logged, monkeypatch):
-    monkeypatch.setattr(type(logged), "vehicles", property(lambda run: run._table("vehicles").assign(rmse_xy_m=1.0)))
+    monkeypatch.setitem(logged.tables, "vehicles", logged.vehicles.assign(rmse_xy_m=1.0))
     with pytest.raises(GpsecError, match="do not do what they did in this run"):
         simulate(logged, {"slow_curve": [unattacked(logged)[0]]}, lambda progress: None)
 
@@ -76,7 +76,7 @@ def test_the_trace_of_an_unattacked_vehicle_is_told(logged, capsys: pytest.Captu
 
 
 def test_another_code_or_traffic_is_noticed(logged, monkeypatch):
-    monkeypatch.setattr(type(logged), "events", property(lambda run: run._table("events").assign(start_s=1.0)))
+    monkeypatch.setitem(logged.tables, "events", logged.events.assign(start_s=1.0))
     vehicle = logged.events["vehicle_id"].iloc[0]
     with pytest.raises(GpsecError, match="do not do what they did in this run"):
         simulate(logged, {"slow_curve": [vehicle]}, lambda progress: None)

@@ -100,10 +100,11 @@ def cells(path):
 
 def test_no_cell_for_a_spreadsheet_is_a_formula(tmp_path):
     folder = write_run(tmp_path / "run", log=False)
-    table = cells(folder / "vehicles.csv")
-    table["vehicle_id"] = table["vehicle_id"].replace(dict(zip("bcdef", FORMULAS, strict=True)))
-    table["rmse_xy_m"] = "-1.5e-05"
-    table.to_csv(folder / "vehicles.csv", index=False)
+    for name in ("events", "vehicles"):
+        table = cells(folder / f"{name}.csv")
+        table["vehicle_id"] = table["vehicle_id"].replace(dict(zip("bcdef", FORMULAS, strict=True)))
+        table["rmse_xy_m"] = "-1.5e-05"
+        table.to_csv(folder / f"{name}.csv", index=False)
     before = {path.name: path.read_bytes() for path in folder.iterdir()}
     assert [path.name for path in write_spreadsheets(load(folder))] == [f"{name}.spreadsheet.csv" for name in TABLES]
     written = cells(folder / "vehicles.spreadsheet.csv")
@@ -111,7 +112,7 @@ def test_no_cell_for_a_spreadsheet_is_a_formula(tmp_path):
     assert not set(FORMULAS) & set(written["vehicle_id"])
     # Numbers, and all other texts, are as they were; so are the tables themselves.
     assert written.drop(columns="vehicle_id").equals(table.drop(columns="vehicle_id"))
-    assert cells(folder / "events.spreadsheet.csv").equals(cells(folder / "events.csv"))
+    assert cells(folder / "places.spreadsheet.csv").equals(cells(folder / "places.csv"))
     assert {name: (folder / name).read_bytes() for name in before} == before
 
 

@@ -1,0 +1,139 @@
+"""The columns of every table, and what is in them; ``results/README.md`` says what they mean."""
+
+import csv
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from gpsec.arrays import Flags
+from gpsec.errors import GpsecError, shown
+from gpsec.outcomes.places import ATTACK_BEGAN, DETECTED, LEFT_LANE
+from gpsec.outcomes.state import OUTCOMES
+from gpsec.outcomes.tables import read_table
+
+_GROUP = ("scenario", "profile", "attack")
+_OWNER = ("scenario", "seed", "vehicle_id", "vehicle_type", *_GROUP[1:], "defence", "detector", "response")
+_RMSE = ("rmse_x_m", "rmse_y_m", "rmse_xy_m", "rmse_cross_track_m", "rmse_along_track_m")
+
+
+def _bounded(*names: str) -> tuple[str, ...]:
+    """Return columns with those of their intervals."""
+    return tuple(f"{name}{end}" for name in names for end in ("", "_lo", "_hi"))
+
+
+COLUMNS = {
+    "detection": (
+        *_GROUP,
+        *("detector", "n_events", *_bounded("precision", "recall", "f1", "delay_mean_s")),
+        *("delay_median_s", "delay_p95_s", *_bounded("detected_share"), "false_positive_rate"),
+        *(*_bounded("false_alarms_per_vehicle_hour"), "vehicle_hours", "roc_auc", "pr_auc", "threshold"),
+    ),
+    "localization": (*_GROUP, "defence", "n_events", "n_vehicles", *_bounded(*_RMSE), "max_cross_track_m"),
+    "safety": (
+        *(*_GROUP, "defence", "n_vehicles", *OUTCOMES),
+        *_bounded(*(f"{outcome}_share" for outcome in OUTCOMES)),
+    ),
+    "events": (
+        *_OWNER,
+        *("start_s", "end_s", "attack_seconds", "cut_short", "in_alarm_at_start", "detected", "detection_delay_s"),
+        *("deviation_at_detection_m", "true_positives", "false_positives", "false_negatives", "true_negatives"),
+        *("isolated_share", "time_to_retrust_s", *_RMSE, "max_cross_track_m", "outcome", "time_to_outcome_s"),
+    ),
+    "vehicles": (
+        *_OWNER,
+        *("depart_s", "arrive_s", "vehicle_seconds", "scored_seconds", "alarms", "false_alarms", "rmse_xy_m"),
+        *("max_cross_track_m", "outcome"),
+    ),
+    "curves": (*_GROUP, "detector", "threshold", "false_positive_rate", "recall", "precision"),
+    "error_bands": (
+        *(*_GROUP, "defence", "time_s", "n_vehicles"),
+        *(f"{way}_track_{part}_m" for way in ("cross", "along") for part in ("p05", "median", "p95")),
+    ),
+    "places": (*_OWNER[:3], *_GROUP[1:], "what", "by", "time_s", "x_m", "y_m", "lon_deg", "lat_deg"),
+}
+TEXTS = {*_OWNER, "outcome", "what", "by"} - {"seed"}
+FLAGS = {"cut_short", "in_alarm_at_start", "detected"}
+COUNTS = {
+    *("seed", "n_events", "n_vehicles", "alarms", "false_alarms", *OUTCOMES),
+    *("true_positives", "false_positives", "false_negatives", "true_negatives"),
+}
+# Texts that are one of a few.
+_KNOWN = {"outcome": {"none", *OUTCOMES}, "what": {ATTACK_BEGAN, DETECTED, LEFT_LANE}}
+# What may be empty of the texts. Numbers may be empty but for these.
+_OPTIONAL = {"by"}
+_REQUIRED = {"start_s", "end_s", "depart_s", "time_s", "lon_deg", "lat_deg", "vehicle_hours", "vehicle_seconds"}
+
+
+def read_checked(folder: Path, name: str) -> pd.DataFrame:
+    """Return a table of a run that anybody may have edited; columns beyond its own are kept as they are.
+
+    Texts are str, flags bool, counts int64 and numbers float64, NaN where they are empty.
+
+    Raises:
+        GpsecError: it is missing or no such table, or a cell holds something else than it should.
+    """
+    path = folder / f"{name}.csv"
+    try:
+        _check_lines(path)
+        frame = read_table(folder, name)
+    except FileNotFoundError:
+        raise GpsecError(
+            f"{folder}: expected the tables of a run, found no {path.name}; a run of an older version lacks some, run"
+            " it again"
+        ) from None
+    except OSError as error:
+        raise GpsecError(f"{path}: cannot be read: {error.strerror or shown(error)}") from None
+    except (ValueError, csv.Error, OverflowError) as error:
+        said = shown(str(error).partition("\n")[0])
+        raise GpsecError(f"{path}: expected a table of a finished run, found other data ({said})") from None
+    for column in COLUMNS[name]:
+        if column not in frame:
+            raise GpsecError(f"{path}: expected a table of a finished run, found no column '{column}'")
+        frame[column] = _checked(path, column, frame[column])
+    return frame
+
+
+def _check_lines(path: Path) -> None:
+    """Refuse rows that are longer or shorter than the first, which pandas would take for others."""
+    with path.open(encoding="utf-8", newline="") as file:
+        rows = csv.reader(file, strict=True)
+        header = next(rows, [])
+        if len(set(header)) < len(header):
+            raise ValueError("a column that is there twice")
+        for row in rows:
+            if row and len(row) != len(header):
+                raise ValueError(f"{len(row)} cells in line {rows.line_num}, {len(header)} columns")
+
+
+def _checked(path: Path, column: str, values: "pd.Series[Any]") -> "pd.Series[Any]":
+    empty = values.isna()
+    if column in TEXTS:
+        if column not in _OPTIONAL and empty.any():
+            raise _error(path, column, "a text", empty.to_numpy(), values)
+        known = _KNOWN.get(column)
+        if known is not None and not values.isin(known).all():
+            raise _error(path, column, f"one of {', '.join(sorted(known))}", ~values.isin(known).to_numpy(), values)
+        return values
+    if column in FLAGS:
+        wrong = ~values.isin([True, False]).to_numpy() if values.dtype != np.bool_ else np.zeros(len(values), np.bool_)
+        if wrong.any():
+            raise _error(path, column, "True or False", wrong, values)
+        return values.astype(np.bool_)
+    numbers = pd.to_numeric(values.astype(object), errors="coerce").astype(np.float64)
+    wrong = (numbers.isna() & ~empty).to_numpy() | np.isinf(numbers.to_numpy())
+    if column in _REQUIRED | COUNTS:
+        wrong |= empty.to_numpy()
+    if column in COUNTS:
+        wrong |= ~((numbers >= 0) & (numbers < 2**53) & (numbers % 1 == 0)).to_numpy()
+    if wrong.any():
+        raise _error(path, column, "a count" if column in COUNTS else "a number", wrong, values)
+    return numbers.astype(np.int64) if column in COUNTS else numbers
+
+
+def _error(path: Path, column: str, expected: str, wrong: Flags, values: "pd.Series[Any]") -> GpsecError:
+    row = int(np.flatnonzero(wrong)[0])
+    found = values.iloc[row]
+    said = "an empty cell" if pd.isna(found) else f"'{shown(found)}'"
+    return GpsecError(f"{path}: column '{column}', row {row + 1}: expected {expected}, found {said}")
