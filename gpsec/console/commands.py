@@ -395,6 +395,25 @@ def new(
 
 
 @app.command()
+def clean(
+    folders: Annotated[
+        list[Path] | None, typer.Argument(metavar="[DIR]...", help="Where to look. [default: here and in results]")
+    ] = None,
+    yes: Annotated[bool, typer.Option("--yes", help="Remove it without asking.")] = False,
+) -> int:
+    """List what runs that were killed have left, and what caches hold of other versions; remove it if you say so.
+
+    \b
+    Examples:
+      gpsec clean
+      gpsec clean results/studies --yes
+    """  # noqa: D301
+    from gpsec.console.cleaning import clean as clean_up
+
+    return clean_up(folders or [folder for folder in (Path(), Path("results")) if folder.is_dir()], yes=yes)
+
+
+@app.command()
 def schema() -> None:
     """Print the JSON Schema of gpsec.toml, with which an editor completes and checks it.
 

@@ -12,6 +12,7 @@ from gpsec.console import terminal
 from gpsec.console.bars import display
 from gpsec.console.complaint import complain
 from gpsec.console.folders import MANIFEST, check_output, resolved
+from gpsec.console.leftovers import found_at_start
 from gpsec.console.publishing import publish
 from gpsec.console.workshop import Workshop, clear, workshops
 from gpsec.errors import GpsecError, MachineError
@@ -58,6 +59,8 @@ def launch(
         missing = _missing(groups) if resume else groups
         for folder in missing:
             check_output(folder, overwrite or resume)
+        if found := found_at_start(works, resume=resume):
+            messages.print(f"gpsec: found {found}", markup=False, highlight=False, soft_wrap=True)
         for work in works.values():
             work.begin(resume=resume)
         outcome = _run(missing, works[next(iter(groups))].folder, jobs or cores(), messages, run, report)

@@ -4,6 +4,7 @@ import fcntl
 import os
 import shutil
 import tempfile
+import time
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from io import TextIOWrapper
@@ -14,8 +15,9 @@ from gpsec.console.publishing import finish, is_finished
 from gpsec.errors import GpsecError, MachineError
 from gpsec.system import refusal
 
-_LOCK = ".lock"
+LOCK = ".lock"
 _TRIES = 100
+_LOOKS, _LOOK_S = 3, 0.01
 
 
 class Workshop:
@@ -24,15 +26,19 @@ class Workshop:
     Attributes:
         folder: of the files.
         kept: it stays after the run, to go on with.
+        left: names of the scenarios that a run that stopped has left in it.
+        brought_to_its_end: a run was killed while it took its place in the output, which is whole now.
     """
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.kept = folder.exists()  # until something is begun in it
+        self.left = _scenarios(folder)
+        self.brought_to_its_end = False
 
     def begin(self, *, resume: bool) -> None:
         """Throw away what a run that was killed has left, or with `resume` all but its scenarios."""
-        clear(self.folder, [path.name for path in self.folder.iterdir() if resume and not path.name.startswith(".")])
+        clear(self.folder, self.left if resume else [])
         self.kept = resume
 
 
@@ -63,11 +69,12 @@ def workshop(out: Path) -> Iterator[Workshop]:
     try:
         with occupied(work.folder, out):
             try:
+                work.brought_to_its_end = not is_finished(out)
                 finish(out)
                 yield work
             finally:
                 if not work.kept:
-                    _discard(work.folder)
+                    discard(work.folder)
     finally:
         if not work.kept:
             _remove_empty(made)
@@ -109,7 +116,7 @@ def _locked(folder: Path, out: Path) -> TextIOWrapper | None:
     """Return the open lock of a folder, which falls with the process; None where the folder has just been removed."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        lock = (folder / _LOCK).open("w")
+        lock = (folder / LOCK).open("w")
     except FileNotFoundError:
         return None
     except OSError as error:
@@ -117,7 +124,7 @@ def _locked(folder: Path, out: Path) -> TextIOWrapper | None:
     with ExitStack() as unless_held:
         unless_held.enter_context(lock)
         try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            _take(lock)
         except BlockingIOError:
             raise GpsecError(
                 f"{out}: another run is being written there; wait for it, or choose another --out"
@@ -125,10 +132,29 @@ def _locked(folder: Path, out: Path) -> TextIOWrapper | None:
         except OSError as error:
             raise refusal(error, f"{out}: cannot be locked against other runs") from None
         # Between opening and locking, another run may have ended and taken the folder with it.
-        if not _is_at(folder / _LOCK, lock):
+        if not _is_at(folder / LOCK, lock):
             return None
         unless_held.pop_all()
     return lock
+
+
+def _take(lock: TextIOWrapper) -> None:
+    for _ in range(_LOOKS):
+        with suppress(BlockingIOError):
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return
+        time.sleep(_LOOK_S)  # whoever asks whether it is idle holds it for a moment
+    fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+def is_idle(folder: Path) -> bool:
+    """Return whether no run is at work in a workshop that is there."""
+    try:
+        with (folder / LOCK).open("r+") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True
 
 
 def _is_at(path: Path, lock: TextIOWrapper) -> bool:
@@ -138,7 +164,7 @@ def _is_at(path: Path, lock: TextIOWrapper) -> bool:
         return False
 
 
-def _discard(folder: Path) -> None:
+def discard(folder: Path) -> None:
     """Remove a folder whose lock we hold; whoever makes it anew meanwhile has one of its own."""
     with suppress(OSError):
         away = Path(tempfile.mkdtemp(prefix=f"{folder.name}-", dir=folder.parent))
@@ -147,10 +173,14 @@ def _discard(folder: Path) -> None:
     shutil.rmtree(folder, ignore_errors=True)
 
 
+def _scenarios(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir() if not path.name.startswith(".")) if folder.is_dir() else []
+
+
 def clear(folder: Path, keep: Collection[str] = ()) -> None:
     """Remove what is in a workshop but the folders called `keep`."""
     for path in folder.iterdir():
-        if path.name == _LOCK or path.name in keep:
+        if path.name == LOCK or path.name in keep:
             continue
         if path.is_dir() and not path.is_symlink():
             shutil.rmtree(path)

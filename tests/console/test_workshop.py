@@ -100,7 +100,7 @@ def test_a_lock_that_went_with_its_folder_is_none(here: Path, monkeypatch: pytes
         occupied(folder, here / "out"),
     ):
         pass
-    assert calls == 3
+    assert calls > 2
 
 
 def test_a_lock_that_leads_nowhere(here: Path) -> None:

@@ -1,0 +1,56 @@
+"""`gpsec clean`: lists what is left behind and what caches hold of other versions, and removes it."""
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from gpsec.caches import stale
+from gpsec.console.complaint import complain, say
+from gpsec.console.leftovers import Leftover, leftovers, temporary
+from gpsec.errors import GpsecError
+
+_MEGABYTE = 1e6
+
+
+def clean(folders: Sequence[Path], *, yes: bool) -> int:
+    """List what can go from `folders`, temporary files and caches; remove it with `yes`, or if the user says so.
+
+    Return the exit status.
+
+    Raises:
+        GpsecError: a folder cannot be read, or the caches are not to be trusted.
+    """
+    found = [left for folder in dict.fromkeys(folders) for left in leftovers(folder)]
+    found += temporary()
+    found += [Leftover(path, "made by another version of gpsec, its libraries or its code") for path in stale()]
+    if not found:
+        say("nothing is left behind")
+        return 0
+    sizes = [left.size for left in found]
+    for left, size in zip(found, sizes, strict=True):
+        say(f"{left.path}: {size / _MEGABYTE:.1f} MB, {left.what}")
+    if not (yes or _agreed(f"remove {_counted(len(found))}, {sum(sizes) / _MEGABYTE:.1f} MB?")):
+        return 0
+    return _remove(found)
+
+
+def _agreed(question: str) -> bool:
+    if not sys.stdin.isatty():
+        say("nothing has been removed; --yes does it")
+        return False
+    return input(f"{question} [y/N] ").strip().lower() in ("y", "yes")
+
+
+def _remove(found: Sequence[Leftover]) -> int:
+    statuses = []
+    for left in found:
+        try:
+            left.remove()
+        except GpsecError as error:
+            statuses.append(complain(error))
+    say(f"removed {_counted(len(found) - len(statuses))}")
+    return min(statuses, default=0)
+
+
+def _counted(number: int) -> str:
+    return "1 of them" if number == 1 else f"{number} of them"
