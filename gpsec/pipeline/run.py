@@ -27,6 +27,7 @@ from gpsec.pipeline.convoy import Convoy, Roll
 from gpsec.pipeline.fleet_choice import Few
 from gpsec.pipeline.manifest import Counts, write_manifest
 from gpsec.pipeline.mapfile import write_map
+from gpsec.pipeline.remarks import Remarks
 from gpsec.progress import Progress
 from gpsec.scenario import Scenario
 from gpsec.threads import Threads
@@ -128,6 +129,7 @@ class _Run:
         self.threads = threads
         self.watch = Stopwatch()
         self.counts = Counts()
+        self.remarks = Remarks(ground.hd_map)
         self.notes: list[str] = []
         self.first_s: float | None = None  # when somebody was on the road for the first time
         for note in (*ground.options.notes, *_warnings(ground)):
@@ -179,7 +181,9 @@ class _Run:
         loop_began = perf_counter()
         for frame in session.frames(scenario.duration_s):
             self.watch.start()
+            self.remarks.before(frame, convoy)
             convoy.step(frame)
+            self.remarks.after(frame, convoy)
             self._observe(frame.step, frame.time_s)
             self.counts.add(frame, len(convoy.track_rows), int(convoy.vehicles.against[frame.rows].sum()))
             if self.first_s is None and frame.on_road:
@@ -254,18 +258,8 @@ class _Run:
                 f" ({self.scenario.fleet.settle_s:g} s) and its window has come, or in its zone",
                 "writing tables",
             )
-        if self.counts.against_steps:
-            self._say(
-                f"{self.counts.against_steps} of {self.counts.vehicle_steps} vehicle steps were left out: the vehicle's"
-                " lane leads the other way there (it overtakes on an oncoming lane, or is turning round)",
-                "writing tables",
-            )
-        if self.counts.resumed:
-            self._say(
-                f"{self.counts.resumed} vehicles went on as new ones (id#2, …) after a jump, a teleport or a stay,"
-                " or with the id of one that has left",
-                "writing tables",
-            )
+        for sentence in self.remarks.sentences(self.counts, self.outcomes):
+            self._say(sentence, "writing tables")
 
     def _observe(self, step: int, time_s: float) -> None:
         convoy, answers = self.convoy, self.method.answers
