@@ -81,7 +81,7 @@ def import_map(
     root = parse(map_file)
     spelt = spell_out(root)
     map_roads = roads(root, map_file)
-    turned = turn_map(root, map_file)
+    turned = turn_map(root)
     if turned:
         map_roads = roads(root, map_file)
     lines = list(centre_lines(map_roads, CHECK_SPACING_M))

@@ -60,6 +60,7 @@ _BY_PARENT: dict[tuple[str, str], dict[str, _Bounds]] = {
     ("link", "predecessor"): {"id": _LANE},
     ("link", "successor"): {"id": _LANE},
     ("lane", "speed"): {"sOffset": _STATION},
+    ("header", "offset"): {"x": _PLACE, "y": _PLACE, "hdg": _ANGLE},
 }
 _DEEPEST = 50
 

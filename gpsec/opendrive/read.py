@@ -18,6 +18,8 @@ _CURVES = ("line", "arc", "spiral", "poly3", "paramPoly3")
 _MPS = {"m/s": 1.0, "km/h": 1.0 / 3.6, "mph": 0.44704, "": 1.0}
 _FASTEST_MPS = 1000.0
 SHORTEST_M = 1e-6
+# Lanes are drawn with points every half metre: some 2.5 GB of them for six lanes.
+MOST_ROAD_M = 5e6
 
 
 def parse(map_file: Path) -> Element:
@@ -51,10 +53,17 @@ def roads(root: Element, map_file: Path) -> list[Road]:
     Roads without a length or a geometry are left out; netconvert does the same.
 
     Raises:
-        GpsecError: a value is missing or no number, or a curve is of an unknown kind.
+        GpsecError: a value is missing or no number, a curve is of an unknown kind, or there is more than memory holds.
     """
     found = [_Reader(element, map_file).road() for element in root.iterfind("road")]
-    return [road for road in found if road is not None]
+    kept = [road for road in found if road is not None]
+    total_m = sum(road.length_m for road in kept)
+    if total_m > MOST_ROAD_M:
+        raise GpsecError(
+            f"{map_file}: expected at most {MOST_ROAD_M / 1e3:.0f} km of road, found {total_m / 1e3:.0f} km; "
+            "import the map in parts"
+        )
+    return kept
 
 
 class _Reader:

@@ -15,6 +15,7 @@ from gpsec.opendrive.tidy import give_extent, thin_out
 from gpsec.openstreetmap.extract import read_extract, unpack
 from gpsec.openstreetmap.side import keeps_left
 from gpsec.sumohome import sumo_home
+from gpsec.system import refusal
 
 # What OpenStreetMap draws is the middle of a road; the types say how many lanes it has, and how fast they are.
 _TYPES = "data/typemap/osmNetconvert.typ.xml"
@@ -102,6 +103,6 @@ def import_extract(
             notes = [side, *said.notes(), *describe_net(net)]
             made.replace(target)
     except OSError as error:
-        raise GpsecError(f"{out}: cannot be written: {error.strerror or error}") from None
+        raise refusal(error, f"{out}: cannot be written") from None
     length_m = sum(float(stations(lane.points_m)[-1]) for lane in lanes)
     return Net(target, len(lanes), length_m, tuple(mended), tuple(notes))

@@ -33,6 +33,10 @@ MAPS = {
         GOOD.replace('<road name="" length="100.0"', '<road name="" length="1e9"'),
         ("<road>", "1e+06", "'1e9'"),
     ),
+    "more road than memory holds": (
+        document(*(road(TWO_WAY, LINE, 9e5, number=f"{number}") for number in range(6))),
+        ("at most 5000 km", "found 5400 km"),
+    ),
     "unknown unit": (
         document(road(section("", lane(-1, inside='<speed sOffset="0" max="9" unit="knots"/>')))),
         ("road '1'", "speed", "'knots'"),
