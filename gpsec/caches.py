@@ -23,10 +23,11 @@ from gpsec.errors import GpsecError, shown
 
 _DIGESTS = "SHA256SUMS"
 _DIGEST_BYTES = 32
+_ACL = "system.posix_acl_access"
 # Names of what is kept: by the code it was made with, and with what, or on what machine; of Plotly's script; of what is
 # being written; and names that an earlier version gave.
 _MADE = re.compile(r"(?P<kind>[\w.]+)-(?P<code>[0-9a-f]{16})(-[0-9a-f]{16,32})?")
-_PACK = re.compile(r"plotly-[\w.]+\.packed")
+_PACK = re.compile(r"plotly-([0-9a-f]{16}|[\w.]+\.packed)")
 _PARTIAL = re.compile(r"\.gpsec-[0-9a-f]{12}")
 _FORMER = re.compile(r"[0-9a-f]{16}|[0-9a-f]{32}")
 
@@ -92,7 +93,7 @@ def plotly_file() -> Path:
     Raises:
         GpsecError: as `cache_folder` does.
     """
-    return cache_folder() / f"plotly-{version('plotly')}.packed"
+    return cache_folder() / _versioned("plotly", sources.page_digest(), "plotly")
 
 
 def stale() -> list[Path]:
@@ -122,7 +123,7 @@ def read(path: Path) -> bytes | None:
     """Return what was written into an entry; None where there is none, it is damaged or it is not ours."""
     try:
         with path.open("rb") as file:
-            if not _is_ours(os.fstat(file.fileno())):
+            if not _is_ours(file.fileno()):
                 return None
             digest, content = file.read(_DIGEST_BYTES), file.read()
     except OSError:
@@ -173,8 +174,8 @@ def is_whole(folder: Path) -> bool:
         kept = {name: digest for digest, _, name in (line.partition("  ") for line in lines)}
         return (
             names == set(kept)
-            and _is_ours(folder.lstat())
-            and all(_is_ours((folder / name).lstat()) and _digest(folder / name) == kept[name] for name in names)
+            and _is_ours(folder)
+            and all(_is_ours(folder / name) and _digest(folder / name) == kept[name] for name in names)
         )
     except (OSError, ValueError):
         return False
@@ -284,7 +285,7 @@ def _refuse(folder: Path, where: str, variable: str) -> None:
         shared = info.st_mode & stat.S_ISVTX and place != folder
         if not _is_trusted(info.st_uid):
             found = f"{place} belongs to {_user(info.st_uid)}"
-        elif not shared and _others_write(info):
+        elif not shared and _others_write(place, info):
             found = f"others can write {place} (mode {stat.S_IMODE(info.st_mode):o})"
         else:
             continue
@@ -294,8 +295,10 @@ def _refuse(folder: Path, where: str, variable: str) -> None:
         )
 
 
-def _is_ours(info: os.stat_result) -> bool:
-    return not stat.S_ISLNK(info.st_mode) and _is_trusted(info.st_uid) and not _others_write(info)
+def _is_ours(place: Path | int) -> bool:
+    """Return whether nobody else can change a folder or an (open) file; a link is not asked where it leads."""
+    info = os.fstat(place) if isinstance(place, int) else place.lstat()
+    return not stat.S_ISLNK(info.st_mode) and _is_trusted(info.st_uid) and not _others_write(place, info)
 
 
 def _is_trusted(user: int) -> bool:
@@ -303,11 +306,14 @@ def _is_trusted(user: int) -> bool:
     return user in (os.geteuid(), 0, Path("/").stat().st_uid)
 
 
-def _others_write(info: os.stat_result) -> bool:
-    """Return whether its mode lets others write, where the user's own group, without anybody else, is none."""
+def _others_write(place: Path | int, info: os.stat_result) -> bool:
+    """Return whether its mode lets others write, where the user's own group, without anybody else, is none.
+
+    With an access-control list, the bits of the group are those of everybody who is on it.
+    """
     if info.st_mode & stat.S_IWOTH:
         return True
-    return bool(info.st_mode & stat.S_IWGRP) and not _is_private(info.st_gid)
+    return bool(info.st_mode & stat.S_IWGRP) and (not _is_private(info.st_gid) or _ACL in os.listxattr(place))
 
 
 def _is_private(group: int) -> bool:

@@ -14,7 +14,7 @@ from typing import Any, Generic, ParamSpec, TypeVar, cast
 
 import numpy as np
 
-from gpsec import caches
+from gpsec import caches, sources
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -33,6 +33,7 @@ class Compiled(Generic[P, R]):
         self._function = function
         self._keep = keep
         self._allocates = allocates
+        sources.notice(sources.owner(function.__module__))
 
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
         """Run the machine code."""

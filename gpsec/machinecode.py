@@ -104,7 +104,13 @@ class _Cache(caching.Cache):  # type: ignore[misc]
         self._cache_path = locator.get_cache_path()
         self._cache_file = _Files(Path(self._cache_path), self._impl.filename_base)
         self._options = repr(sorted(dispatcher.targetoptions.items()))
+        self._owner = sources.owner(self._py_func.__module__)
         self.enable()
+
+    def _save_overload(self, sig: Any, data: Any) -> None:
+        """Keep what was compiled, unless sources were changed since: they may be of either state."""
+        if sources.are_unchanged(self._owner):
+            super()._save_overload(sig, data)
 
     def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
         """Return numba's key (types, processor, byte code) with what the code depends on beside."""

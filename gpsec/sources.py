@@ -4,6 +4,7 @@ import hashlib
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
+from secrets import token_hex
 
 _PACKAGE = Path(__file__).parent
 # Layers that start runs, join the stages or read tables, and what is for files of other kinds.
@@ -21,6 +22,7 @@ ABOVE = frozenset(
         "reference",
         "engine",
         "scenario",
+        "openstreetmap",
         "opendrive",
         "demand",
     ]
@@ -29,6 +31,14 @@ STAGES = frozenset(["traffic", "sensors", "attacks", "detection", "localization"
 # As the import contracts in pyproject.toml have it, from the top: a layer imports those of the ranks below its own, and
 # itself. What is not here is a basic, which all may import.
 RANKS = (ABOVE, STAGES, frozenset(["hdmap"]), frozenset(["fleet", "noise", "geo", "threads"]))
+
+# The state of sources when the first kernel of their layer was met, which is when they were imported.
+_noticed: dict[Path, list[tuple[int, int]]] = {}
+
+
+def page_digest() -> str:
+    """Return the SHA-256, in hexadecimal, of what packs Plotly's script for a page."""
+    return _digest_of(_PACKAGE / "report" / "page").hex()
 
 
 def owner(module: str) -> str:
@@ -55,19 +65,34 @@ def _rank(name: str) -> int:
 def digest(layer: str) -> str | None:
     """Return the SHA-256, in hexadecimal, of all sources that what is compiled in `layer` can depend on.
 
-    The layer is one that `owner` gives. Where its sources lie makes no difference. None: they cannot be found, as those
-    of a script.
+    The layer is one that `owner` gives. Where its sources lie makes no difference. Sources that were changed since they
+    were noticed have a number that nothing else has, since this process has read others. None: they cannot be found, as
+    those of a script.
     """
+    if not layer.startswith("gpsec.") and not _places(layer):
+        return None
     total = hashlib.sha256()
-    for name in covered(layer):
-        total.update(_digest_of(_PACKAGE / name))
-    if not layer.startswith("gpsec."):
-        places = _places(layer)
-        if not places:
-            return None
-        for place in places:
-            total.update(_digest_of(place))
-    return total.hexdigest()
+    for place in _all_places(layer):
+        total.update(_digest_of(place))
+    return total.hexdigest() if are_unchanged(layer) else token_hex(32)
+
+
+@cache
+def notice(layer: str) -> None:
+    """Remember the state of the sources of a layer: what is compiled later is of these."""
+    for place in _all_places(layer):
+        if place not in _noticed:
+            _noticed[place] = _state(place)
+
+
+def are_unchanged(layer: str) -> bool:
+    """Return whether the sources of a layer are as they were noticed."""
+    return all(_noticed.get(place, now) == now for place in _all_places(layer) for now in [_state(place)])
+
+
+def _all_places(layer: str) -> list[Path]:
+    own = [] if layer.startswith("gpsec.") else _places(layer)
+    return [_PACKAGE / name for name in covered(layer)] + own
 
 
 def _places(package: str) -> list[Path]:
@@ -84,7 +109,15 @@ def _places(package: str) -> list[Path]:
 def _digest_of(place: Path) -> bytes:
     """Return the digest of all sources of a package, or of the module of that name."""
     total = hashlib.sha256()
-    for path in sorted(place.rglob("*.py")) if place.is_dir() else [place.with_suffix(".py")]:
+    for path in _files(place):
         total.update(path.relative_to(place.parent).as_posix().encode() + b"\0")
         total.update(hashlib.sha256(path.read_bytes()).digest())
     return total.digest()
+
+
+def _files(place: Path) -> list[Path]:
+    return sorted(place.rglob("*.py")) if place.is_dir() else [place.with_suffix(".py")]
+
+
+def _state(place: Path) -> list[tuple[int, int]]:
+    return [(info.st_mtime_ns, info.st_size) for info in map(Path.stat, _files(place))]

@@ -266,6 +266,7 @@ def test_stale_entries_are_those_that_nothing_here_will_read(root: Path) -> None
         root / "maps" / f"map-{'0' * 16}-{'1' * 32}",
         root / "maps" / ("0" * 32),
         root / "plotly-1.0.0.packed",
+        root / f"plotly-{'0' * 16}",
         root / ".gpsec-0123456789ab",
         root / "maps" / ".gpsec-0123456789ab",
         kept[0].parent / ".gpsec-0123456789ab",

@@ -112,6 +112,18 @@ def test_another_install_of_gpsec_compiles_only_the_layer_that_was_edited(tmp_pa
     assert [copy.run(GPSEC) for copy in copies] == [[1, 1], [0, 0], [0, 1]]
 
 
+def test_what_was_imported_before_an_edit_is_not_kept_as_what_is_there_after_it(place: Place, tmp_path: Path) -> None:
+    edit = """
+from pathlib import Path
+import plug.loops
+helper = Path(plug.loops.__file__).with_name("helper.py")
+helper.write_text(helper.read_text().replace("2.0 *", "200.0 *"))
+"""
+    assert place.run(edit + CALL) == [4.0, 0, 1]
+    assert not list(tmp_path.rglob("*.nbc"))
+    assert place.run() == [400.0, 0, 1]
+
+
 def test_a_damaged_entry_is_compiled_again(place: Place, tmp_path: Path) -> None:
     assert place.run() == [4.0, 0, 1]
     (entry,) = tmp_path.rglob("*.nbc")

@@ -88,6 +88,8 @@ def copy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 
 def forget() -> None:
+    sources._noticed.clear()
+    sources.notice.cache_clear()
     sources.digest.cache_clear()
     sources._digest_of.cache_clear()
 
@@ -118,6 +120,19 @@ def test_an_edit_changes_its_layer_and_those_above(copy: Path, edited: str, chan
         file.write("# edited\n")
     forget()
     assert {name for name in names if sources.digest(f"gpsec.{name}") != before[name]} == changed
+
+
+def test_sources_that_change_after_they_were_imported_have_a_digest_of_their_own(copy: Path) -> None:
+    before = sources.digest("gpsec.attacks")
+    forget()
+    sources.notice("gpsec.attacks")
+    assert sources.are_unchanged("gpsec.attacks")
+    with (copy / "geo.py").open("a") as file:
+        file.write("# edited\n")
+    assert not sources.are_unchanged("gpsec.attacks")
+    mixed = sources.digest("gpsec.attacks")
+    forget()
+    assert sources.digest("gpsec.attacks") not in {before, mixed}  # what a process is given that imports it now
 
 
 def test_a_script_has_no_digest() -> None:
