@@ -2,7 +2,6 @@
 
 import bz2
 import gzip
-import shutil
 import zlib
 from collections.abc import Iterator
 from contextlib import suppress
@@ -14,7 +13,11 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from gpsec.errors import GpsecError, shown
+from gpsec.system import refusal
 
+# More than netconvert has memory for, and little enough for a disk.
+MOST_BYTES = 4 << 30
+_PIECE_BYTES = 1 << 20
 _NAMES = (".osm", ".osm.xml", ".osm.gz", ".osm.bz2", ".pbf")
 _BROKEN = (EOFError, zlib.error, ElementTree.ParseError, LookupError, ValueError)
 
@@ -49,21 +52,30 @@ def unpack(map_file: Path, target: Path) -> None:
     """Write an extract, compressed by gzip or bzip2 or not, into a file that netconvert can read.
 
     Raises:
-        GpsecError: it cannot be read, or is in the PBF format.
+        GpsecError: it cannot be read, is damaged, too large, or in the PBF format.
+        MachineError: the disk is full.
     """
     if map_file.suffix == ".pbf":
         raise GpsecError(
             f"{map_file}: expected OpenStreetMap data as XML, found the PBF format; "
             f"`osmium cat {map_file.name} -o {map_file.name.removesuffix('.pbf').removesuffix('.osm')}.osm` converts it"
         )
-    with target.open("wb") as written:
-        try:
-            with _opened(map_file) as stream:
-                shutil.copyfileobj(stream, written)
-        except (EOFError, zlib.error, gzip.BadGzipFile) as error:
-            raise GpsecError(f"{map_file}: expected compressed data, found it damaged ({error})") from None
-        except OSError as error:
-            raise GpsecError(f"{map_file}: cannot be read: {error.strerror or error}") from None
+    try:
+        with target.open("wb") as written, _opened(map_file) as stream:
+            while piece := stream.read(_PIECE_BYTES):
+                written.write(piece)
+                if written.tell() > MOST_BYTES:
+                    raise GpsecError(f"{map_file}: expected at most {MOST_BYTES / 2**30:g} GiB of XML; cut a piece out")
+    except (EOFError, zlib.error) as error:
+        raise _damaged(map_file, error) from None
+    except OSError as error:
+        if error.errno is None:  # what was read, not how
+            raise _damaged(map_file, error) from None
+        raise refusal(error, f"{map_file}: cannot be unpacked") from None
+
+
+def _damaged(map_file: Path, error: Exception) -> GpsecError:
+    return GpsecError(f"{map_file}: expected compressed data, found it damaged ({error})")
 
 
 def _opened(map_file: Path) -> BinaryIO:

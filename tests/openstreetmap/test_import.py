@@ -11,6 +11,7 @@ import pytest
 
 from gpsec import cli
 from gpsec.hdmap.net import read_net
+from gpsec.openstreetmap import extract
 
 from .maps import CROSSING, CROSSING_NODES, CROSSING_WAYS, LAT, LON, document, write
 
@@ -139,6 +140,20 @@ def test_extract_is_refused(content: str, says: str, here: Path, capsys: pytest.
 def test_extract_that_is_cut_short_is_refused(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (here / "town.osm.gz").write_bytes(gzip.compress(CROSSING.encode())[:-20])
     refused(here, ["town.osm.gz"], "town.osm.gz: expected compressed data, found it damaged", capsys)
+
+
+@pytest.mark.parametrize("data", [b"BZh9 broken", bz2.compress(CROSSING.encode())[:-20]])
+def test_damaged_bzip2_is_refused(data: bytes, here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (here / "town.osm.bz2").write_bytes(data)
+    refused(here, ["town.osm.bz2"], "town.osm.bz2: expected compressed data, found it damaged", capsys)
+
+
+def test_extract_that_fills_the_disk_is_refused(
+    here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(extract, "MOST_BYTES", 1 << 20)
+    (here / "town.osm.gz").write_bytes(gzip.compress(b"<osm>" + b" " * (8 << 20)))
+    refused(here, ["town.osm.gz"], "town.osm.gz: expected at most 0.000976562 GiB of XML; cut a piece out", capsys)
 
 
 @pytest.mark.parametrize(
