@@ -54,7 +54,9 @@ def extents(lanes: list[NetLane], ways: Ways) -> dict[int, Extent]:
         alone = all(used[id(parts[index])] == 1 for index in ends)
         begin, finish = _common(list(ends.values()), [parts[index] for index in ends], alone)
         for index in ends:
-            way = ways.over(lanes[index].original, 0.5 * (begin + finish)) or parts[index].way
+            way, middle = parts[index].way, 0.5 * (begin + finish)
+            if not parts[index].low_m <= middle <= parts[index].high_m:
+                way = ways.over(lanes[index].original, middle) or way
             extent = Extent(way, way.along(begin), way.along(finish))
             if extent.finish_m - extent.begin_m > _SHORTEST_M:
                 found[index] = extent
