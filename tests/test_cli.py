@@ -7,6 +7,7 @@ import textwrap
 import time
 from collections.abc import Callable
 from pathlib import Path
+from select import select
 
 import pytest
 
@@ -324,6 +325,59 @@ def test_an_interrupt_keeps_what_has_finished(here: Path) -> None:
     assert sorted(path.name for path in here.iterdir()) == [
         *(".all.partial", "all", "fast", "script.py", "slow", "slow-began")
     ]
+
+
+HUNG_UP = """
+import os, sys
+sys.path.insert(0, {tests!r})
+from gpsec import cli
+from gpsec.console import launch
+from test_cli import write_results
+
+def run(scenario, folder, report):
+    with open("began", "w") as began:
+        began.write("!")
+    with open("go-on") as go_on:
+        go_on.read(1)
+    write_results(scenario, folder)
+
+if __name__ == "__main__":
+    real = launch.run_scenarios
+    launch.run_scenarios = lambda *args: real(*args[:4], run)
+    launch._show = lambda folder: None
+    launch._report = lambda folder, messages: None
+    sys.exit(cli.main(["run", "town", "--out", "all"]))
+"""
+
+
+@pytest.mark.parametrize(("handler", "status"), [(signal.SIG_IGN, 0), (signal.SIG_DFL, 130)], ids=["nohup", "without"])
+def test_with_nohup_a_run_goes_on_when_the_terminal_hangs_up(here: Path, handler: signal.Handlers, status: int) -> None:
+    make(here, "town")
+    (here / "script.py").write_text(textwrap.dedent(HUNG_UP).format(tests=str(Path(__file__).parent)))
+    pipes = {}
+    for name in ("began", "go-on"):
+        os.mkfifo(name)
+        pipes[name] = os.open(name, os.O_RDWR)
+    process = subprocess.Popen(
+        [sys.executable, "script.py"],
+        stderr=subprocess.PIPE,
+        start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGHUP, handler),
+    )
+    try:
+        ready, _, _ = select([pipes["began"]], [], [], 60.0)
+        assert ready
+        os.killpg(process.pid, signal.SIGHUP)  # as the terminal does: to every process
+        if handler == signal.SIG_IGN:
+            os.write(pipes["go-on"], b"!")
+        _, err = process.communicate(timeout=60)
+    finally:
+        process.kill()
+        for pipe in pipes.values():
+            os.close(pipe)
+    assert process.returncode == status, err.decode()
+    assert b"Traceback" not in err
+    assert (here / "all" / "manifest.json").exists() is (status == 0)
 
 
 def test_check_says_every_error_and_no_traceback(here: Path, capsys: pytest.CaptureFixture[str]) -> None:

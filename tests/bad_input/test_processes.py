@@ -52,6 +52,11 @@ def gone(group: int, within_s: float = 10.0) -> bool:
     return not members(group)
 
 
+def heed_hangups() -> None:
+    """Let a command under test die of a hangup, also where the tests, started with nohup, do not."""
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
 def test_runs_that_cannot_be(here: Path, grid: str) -> None:
     """Each of them is one sentence, and none leaves anything behind."""
     wrong = {
@@ -134,7 +139,11 @@ def test_signals_leave_nothing_behind(here: Path, grid: str, number: int, stage:
     flow = FLOW.replace('end="20"', 'end="100000"')
     lay_out(here, grid, Case((), {"cars.rou.xml": routes(CAR + flow)}))
     process = subprocess.Popen(
-        [*GPSEC, "run", "s", "--duration", "90000"], stderr=subprocess.PIPE, text=True, start_new_session=True
+        [*GPSEC, "run", "s", "--duration", "90000"],
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        preexec_fn=heed_hangups,
     )
     assert process.stderr is not None
     try:
