@@ -23,6 +23,7 @@ ABOVE = frozenset(
         "engine",
         "scenario",
         "openstreetmap",
+        "parts",
         "opendrive",
         "demand",
     ]

@@ -14,11 +14,13 @@ from gpsec.attacks.replay import Replay
 from gpsec.attacks.stealth import Stealth
 from gpsec.attacks.two_stage import TwoStage
 from gpsec.errors import GpsecError, nearest, shown
-from gpsec.registry import Registry
+from gpsec.registry import Registry, subclass_named
 
 ATTACKS: Registry[type[Attack]] = Registry(
     "attack",
+    "gpsec.attacks",
     {attack.name: attack for attack in (ConstantBias, Stealth, TwoStage, Drift, Noise, Replay, Jamming, LaneAlias)},
+    subclass_named(Attack),
 )
 
 

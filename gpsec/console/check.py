@@ -4,10 +4,11 @@ from collections.abc import Sequence
 
 from gpsec.errors import GpsecError
 from gpsec.scenario import Scenario, load_scenario
+from gpsec.scenario.outside import NOTHING, Outside
 from gpsec.scenario.overrides import Override
 
 
-def check_scenario(argument: str, overrides: Sequence[Override]) -> list[str]:
+def check_scenario(argument: str, overrides: Sequence[Override], outside: Outside = NOTHING) -> list[str]:
     """Return a line on a scenario that can be run, then one on each thing that SUMO warns of.
 
     Its configuration is read, its net compiled, its detectors' models loaded, and SUMO loads all of it, with the
@@ -16,7 +17,7 @@ def check_scenario(argument: str, overrides: Sequence[Override]) -> list[str]:
     Raises:
         GpsecError: something of it is wrong.
     """
-    scenario = load_scenario(argument, overrides)
+    scenario = load_scenario(argument, overrides, outside)
     # Late: a wrong key is said before SUMO and the models are loaded.
     try:
         return _look(scenario)

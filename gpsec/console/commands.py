@@ -30,6 +30,13 @@ _Scenarios = Annotated[
 _Profile = Annotated[
     str | None, typer.Option("--profile", metavar="P", help="Sensor profile of the whole fleet (fleet.profile).")
 ]
+_Part = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--part", metavar="REF", help="Load a part: FILE.py:Name, package.module:Name, or a profile FILE.toml."
+    ),
+]
+_AllowCode = Annotated[bool, typer.Option("--allow-code", help="Run the code that a scenario names under `parts`.")]
 
 
 def answer(arguments: list[str]) -> int:
@@ -98,6 +105,8 @@ def run(
     ] = None,
     profile: _Profile = None,
     set_: _Set = None,
+    part: _Part = None,
+    allow_code: _AllowCode = False,
     log_steps: Annotated[bool, typer.Option("--log-steps", help="Also write every step to steps.parquet.")] = False,
     log_vehicles: Annotated[
         list[str] | None,
@@ -142,9 +151,11 @@ def run(
       gpsec run scenarios/* --out results/all --resume
       gpsec run scenarios/town --gui --gui-plan spoofed_quarter --gui-defence lstm+ukf
       gpsec run somewhere/else.sumocfg --set 'plans=[{attack="drift", share=0.2}]'
+      gpsec run scenarios/town --part mine.py:Zigzag --set 'plans=[{attack="zigzag"}]'
     """  # noqa: D301
     from gpsec.console.launch import launch
     from gpsec.console.live import live_run
+    from gpsec.scenario.outside import Outside
     from gpsec.scenario.overrides import Override, parse_set
 
     shown = live_run(scenarios, gui, gui_plan, gui_defence, gui_delay)
@@ -162,6 +173,7 @@ def run(
     return launch(
         scenarios,
         changes,
+        outside=Outside(tuple(part or ()), allow_code),
         out=out,
         overwrite=overwrite,
         jobs=jobs,
@@ -253,7 +265,13 @@ def trace(
 
 
 @app.command()
-def check(scenarios: _Scenarios, profile: _Profile = None, set_: _Set = None) -> int:
+def check(
+    scenarios: _Scenarios,
+    profile: _Profile = None,
+    set_: _Set = None,
+    part: _Part = None,
+    allow_code: _AllowCode = False,
+) -> int:
     """Validate scenarios without running them: configuration, files, net, and what SUMO says of them.
 
     \b
@@ -262,6 +280,7 @@ def check(scenarios: _Scenarios, profile: _Profile = None, set_: _Set = None) ->
       gpsec check scenarios/* --set fleet.profile=consumer
     """  # noqa: D301
     from gpsec.console.check import check_scenario
+    from gpsec.scenario.outside import Outside
     from gpsec.scenario.overrides import Override, parse_set
 
     changes = [parse_set(text) for text in set_ or []]
@@ -270,7 +289,7 @@ def check(scenarios: _Scenarios, profile: _Profile = None, set_: _Set = None) ->
     found = set()
     for argument in scenarios:
         try:
-            for line in check_scenario(argument, changes):
+            for line in check_scenario(argument, changes, Outside(tuple(part or ()), allow_code)):
                 say(line)
         except GpsecError as error:
             found.add(complain(error))
@@ -354,6 +373,7 @@ def list_(
         Path | None,
         typer.Option("--dir", metavar="DIR", help="Where scenarios are. [default: ./scenarios, and those of gpsec]"),
     ] = None,
+    part: _Part = None,
 ) -> None:
     """List what there is to choose from.
 
@@ -362,6 +382,13 @@ def list_(
       gpsec list attacks
       gpsec list scenarios --dir scenarios
     """  # noqa: D301
+    if part:
+        from gpsec.scenario.outside import load_parts
+
+        try:
+            load_parts(part, Path(), allow_code=True)
+        except ValueError as error:
+            raise GpsecError(f"--part: {error}") from None
     for line in lines(kind, folder):
         say(line)
 

@@ -19,6 +19,7 @@ from gpsec.errors import GpsecError, MachineError
 from gpsec.processes import ignore_interrupts
 from gpsec.run import Failure, Outcome, Run, run_scenarios
 from gpsec.scenario import Scenario, load_scenario
+from gpsec.scenario.outside import NOTHING, Outside
 from gpsec.scenario.overrides import Override
 from gpsec.system import in_a_sentence
 from gpsec.threads import cores
@@ -34,6 +35,7 @@ def launch(
     jobs: int | None,
     run: Run | None = None,
     *,
+    outside: Outside = NOTHING,
     resume: bool = False,
     report: bool = True,
     parquet: bool = False,
@@ -47,7 +49,7 @@ def launch(
     Raises:
         GpsecError: a scenario or a folder is not as it should be; nothing has been run then.
     """
-    scenarios = [load_scenario(argument, overrides) for argument in arguments]
+    scenarios = [load_scenario(argument, overrides, outside) for argument in arguments]
     _check_names(scenarios, arguments)
     groups = (
         {resolved(out): scenarios}

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from gpsec.detection.base import Detector, LabelledDetector
 from gpsec.detection.bounds import Never, Oracle
@@ -53,8 +54,23 @@ def _learn_lstm(logs: Sequence[ResidualLog], seed: int, progress: Progress) -> L
     return lstm_training.learn(logs, seed, progress)
 
 
+def _take(made: Any) -> tuple[str, Entry] | None:
+    """Return the entry of a class from outside gpsec, from what the class says of itself.
+
+    Beside its name, a class may have ``learn(logs, seed, progress)`` and ``from_learned(learned)`` where it learns, and
+    a ``fixed_threshold`` where its threshold is not calibrated.
+    """
+    if not isinstance(made, type) or not issubclass(made, Detector) or not isinstance(getattr(made, "name", None), str):
+        return None
+    build = getattr(made, "from_learned", None) or (lambda learned: made())
+    description = (made.__doc__ or "").strip().partition("\n")[0]
+    learn = getattr(made, "learn", None)
+    return made.name, Entry(description, build, learn, getattr(made, "fixed_threshold", None))
+
+
 DETECTORS: Registry[Entry] = Registry(
     "detector",
+    "gpsec.detectors",
     {
         ChiSquare.name: Entry("mean squared normalised residual over a short window", lambda learned: ChiSquare()),
         Cusum.name: Entry("two-sided cumulative sums of the whitened residual", Cusum.from_learned, _learn_cusum),
@@ -70,4 +86,5 @@ DETECTORS: Registry[Entry] = Registry(
         Oracle.name: Entry("is told the truth: the upper bound", lambda learned: Oracle(), threshold=0.5),
         Never.name: Entry("never raises an alarm: the lower bound", lambda learned: Never(), threshold=1.0),
     },
+    _take,
 )

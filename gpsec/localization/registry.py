@@ -7,9 +7,11 @@ from gpsec.localization.responses import Response
 from gpsec.localization.rollback import Rollback
 from gpsec.localization.ukf5 import Ukf5
 from gpsec.localization.ukf5_rollback import Ukf5Rollback
-from gpsec.registry import Registry
+from gpsec.registry import Registry, subclass_named
 
 RESPONSES: Registry[type[Response]] = Registry(
     "response",
+    "gpsec.responses",
     {response.name: response for response in (NoResponse, DeadReckoning, CameraUkf, Rollback, Ukf5, Ukf5Rollback)},
+    subclass_named(Response),
 )

@@ -18,6 +18,7 @@ from gpsec.localization.noise_table import noise_table
 from gpsec.localization.registry import RESPONSES
 from gpsec.localization.responses import World
 from gpsec.localization.switch import Localization, SwitchSettings
+from gpsec.parts import use
 from gpsec.pipeline.filter_noise import filter_noise
 from gpsec.pipeline.fleet_choice import FleetChoice, run_profiles
 from gpsec.scenario import Scenario
@@ -59,6 +60,7 @@ def lay_ground(scenario: Scenario) -> Ground:
         GpsecError: a file is missing or wrong.
 
     """
+    use(scenario.parts)
     options = sumo_options(scenario)
     inputs = (*options.additional_files, *options.route_files)
     for place, plan in enumerate(scenario.plans):

@@ -3,19 +3,26 @@
 import hashlib
 import json
 import platform
+from collections.abc import Iterable, Iterator
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from gpsec import parts
+from gpsec.attacks.registry import ATTACKS
+from gpsec.detection.registry import DETECTORS
 from gpsec.errors import GpsecError
+from gpsec.localization.registry import RESPONSES
+from gpsec.registry import Registry
 from gpsec.scenario import Scenario
 from gpsec.scenario.traffic import sumo_options
+from gpsec.sensors.registry import PROFILES
 from gpsec.sources import ABOVE
 from gpsec.traffic.input_files import input_files
 
 # Settings that change what a run costs, and nothing in its tables.
-_WITHOUT_EFFECT: dict[str, Any] = {"sumocfg": True, "threads": True, "detection": {"models"}}
+_WITHOUT_EFFECT: dict[str, Any] = {"sumocfg": True, "threads": True, "parts": True, "detection": {"models"}}
 # Layers that start runs or read their tables.
 _BESIDE = ABOVE - {"engine", "pipeline", "reference", "scenario"}
 # Libraries that have a part in a table, with either engine; their versions are in the manifest too.
@@ -53,12 +60,27 @@ def fingerprint(scenario: Scenario) -> str:
             files = [Path(name)] if Path(name).is_absolute() else []
             contents = [_file(path) for path in input_files(files)]
             digest.update(b"".join(contents) if contents else name.encode())
+    for content in _outside(scenario):
+        digest.update(content.encode())
     if scenario.detection.models is not None:
         digest.update(_folder(Path(scenario.detection.models)))
     for name, installed in {**versions(), "Python": platform.python_version(), "machine": platform.machine()}.items():
         digest.update(f"{name} {installed}".encode())
     digest.update(_package())
     return digest.hexdigest()
+
+
+def _outside(scenario: Scenario) -> Iterator[str]:
+    """Yield the digests of the parts from outside gpsec: those that the scenario names, and installed ones in use."""
+    yield from (parts.digest(reference) for reference in scenario.parts)
+    used: tuple[tuple[Registry[Any], Iterable[str]], ...] = (
+        (ATTACKS, [plan.attack for plan in scenario.plans]),
+        (DETECTORS, [*scenario.detection.detectors, *(defence.detector for defence in scenario.defences)]),
+        (RESPONSES, [defence.response for defence in scenario.defences]),
+        (PROFILES, scenario.fleet.profile),
+    )
+    for registry, names in used:
+        yield from (parts.installed_digest(registry, name) for name in names)
 
 
 def versions() -> dict[str, str]:

@@ -15,6 +15,13 @@ def attacks() -> list[str]:
     return list(ATTACKS)
 
 
+def own_attacks() -> list[str]:
+    """Return the names of gpsec's own attacks."""
+    from gpsec.attacks.registry import ATTACKS
+
+    return list(ATTACKS.own)
+
+
 def detectors() -> list[str]:
     """Return the names of the detectors that are scored."""
     from gpsec.detection.registry import DETECTORS

@@ -12,20 +12,22 @@ from gpsec.attacks.plans import PlanConfig, plan_config
 from gpsec.errors import GpsecError, shown
 from gpsec.scenario.defaults import default_list
 from gpsec.scenario.model import MAX_NAME, NAME, Scenario
+from gpsec.scenario.outside import NOTHING, Outside, load_parts
 from gpsec.scenario.overrides import Override, apply
 from gpsec.scenario.paths import UNUSABLE, Found, expand, find, only_sumocfg, reason
 from gpsec.scenario.sentences import dotted, origin, quoted, sentence
 
 
-def load_scenario(argument: str | Path, overrides: Sequence[Override] = ()) -> Scenario:
+def load_scenario(argument: str | Path, overrides: Sequence[Override] = (), outside: Outside = NOTHING) -> Scenario:
     """Return the scenario that `argument` (a folder, its `gpsec.toml` or a `.sumocfg`) stands for.
 
     Args:
         argument: as on the command line.
         overrides: changes from the command line, in the order in which they are applied.
+        outside: parts that are loaded beside those that the scenario names, and whether code that it names is run.
 
     Raises:
-        GpsecError: a file is missing, or a key or value is not one that there is.
+        GpsecError: a file is missing, a key or value is not one that there is, or the file names code.
     """
     found = find(argument)
     raw = _read(found.toml) if found.toml else {}
@@ -34,6 +36,7 @@ def load_scenario(argument: str | Path, overrides: Sequence[Override] = ()) -> S
     raw["sumocfg"] = _sumocfg(raw, found, file, changes)
     raw.setdefault("name", _as_name(raw["sumocfg"], found))
     _find_models(raw, found, file, changes)
+    _load_parts(raw, found, file, changes, outside)
     if isinstance(raw.get("plans"), list):
         raw["plans"] = [_plan(table, place, file, changes) for place, table in enumerate(raw["plans"])]
     try:
@@ -90,6 +93,29 @@ def _find_models(raw: dict[str, Any], found: Found, file: str, overrides: list[O
     if not there:
         raise GpsecError(f"{source}: detection.models: expected a folder with models, found none at {shown(path)}")
     raw["detection"] = {**section, "models": str(path)}
+
+
+def _load_parts(raw: dict[str, Any], found: Found, file: str, overrides: list[Override], outside: Outside) -> None:
+    """Load the parts from outside gpsec, whose names the other keys may use."""
+    stated = raw.get("parts", [])
+    if not isinstance(stated, list) or not all(isinstance(reference, str) for reference in stated):
+        return  # validation says what is wrong
+    whole: list[str] = []
+    for place, reference in enumerate(stated):
+        source = origin(("parts", place), file, overrides)
+        chosen, key = source != file, f"{source}: parts.{place}"
+        whole += _loaded(reference, Path() if chosen else found.folder, chosen or outside.allow_code, key)
+    for reference in outside.parts:
+        whole += _loaded(reference, Path(), True, "--part")
+    if whole:
+        raw["parts"] = list(dict.fromkeys(whole))
+
+
+def _loaded(reference: str, folder: Path, allowed: bool, where: str) -> tuple[str, ...]:
+    try:
+        return load_parts([reference], folder, allow_code=allowed)
+    except ValueError as error:
+        raise GpsecError(f"{where}: {error}") from None
 
 
 def _as_name(sumocfg: Path, found: Found) -> str:

@@ -10,6 +10,7 @@ from gpsec.attacks.plans import MAX_TIME_S, PlanConfig
 from gpsec.errors import shown
 from gpsec.scenario import choices
 from gpsec.scenario.defaults import default_list
+from gpsec.scenario.outside import load_parts
 from gpsec.scenario.paths import expand, portable
 from gpsec.scenario.sections import (
     Defence,
@@ -44,6 +45,9 @@ class Scenario(Section):
         engine: `batched` kernels, or `reference`, the second implementation, one vehicle at a time, for small fleets.
         log_steps: also write every step of every track to `steps.parquet`.
         log_vehicles: write `steps.parquet` for these vehicles only, by SUMO's ids.
+        parts: attacks, detectors, responses and sensor profiles from outside gpsec, by `FILE.py:Name`,
+            `package.module:Name` or `FILE.toml` (a profile); files are relative to this one. What is code is refused
+            without `--allow-code`, since a scenario may come from somebody else.
         fleet, traffic, detection, localization, outcomes: the sections of that name.
         defences: D of them; the first is never+none, the undefended vehicle.
         plans: attack plans; *no attack* comes before the first of them and is not listed.
@@ -57,6 +61,7 @@ class Scenario(Section):
     engine: Literal["batched", "reference"] = "batched"
     log_steps: bool = False
     log_vehicles: tuple[str, ...] = Field((), strict=False)
+    parts: tuple[str, ...] = Field((), strict=False)
     fleet: FleetSection = FleetSection()
     traffic: TrafficSection = TrafficSection()
     detection: DetectionSection = DetectionSection()
@@ -71,6 +76,12 @@ class Scenario(Section):
         if not isinstance(raw, dict):
             return raw
         return raw | {key: default_list(key, raw) for key in ("defences", "plans") if key not in raw}
+
+    @field_validator("parts")
+    @classmethod
+    def _loaded(cls, references: tuple[str, ...]) -> tuple[str, ...]:
+        """Refuse code that nobody has loaded: who loads it has chosen it."""
+        return load_parts(references, Path.cwd(), allow_code=False) if references else ()
 
     @field_validator("sumocfg", mode="before")
     @classmethod
@@ -115,6 +126,12 @@ class Scenario(Section):
                     f" (listed: {', '.join(scored) or 'none'})"
                 )
         return self
+
+    @field_serializer("parts")
+    def _portable_parts(self, references: tuple[str, ...]) -> list[str]:
+        from gpsec.parts import relocate
+
+        return [relocate(reference, lambda place: portable(Path(place))) for reference in references]
 
     @field_serializer("sumocfg")
     def _portable_path(self, path: Path) -> str:

@@ -240,6 +240,14 @@ _CONSUMER = SensorProfile(
     sources=cite(s.HERE, "map_spacing_m"),
 )
 
+
+def _take(made: object) -> tuple[str, SensorProfile] | None:
+    return (made.name, made) if isinstance(made, SensorProfile) else None
+
+
 PROFILES: Registry[SensorProfile] = Registry(
-    "sensor profile", {profile.name: profile for profile in (_DSD, _CARLA, _NUSCENES, _CONSUMER)}
+    "sensor profile",
+    "gpsec.profiles",
+    {profile.name: profile for profile in (_DSD, _CARLA, _NUSCENES, _CONSUMER)},
+    _take,
 )
