@@ -57,7 +57,7 @@ class Compiled(Generic[P, R]):
     def dispatcher(self) -> Any:
         """What numba makes of the function for Python to call."""
         made = _numba().njit(no_cfunc_wrapper=True, **self._options)(self._function)
-        if self._keep:
+        if self._keep and not _numba().config.DISABLE_JIT:
             from gpsec.machinecode import keep
 
             keep(made)

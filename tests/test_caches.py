@@ -11,6 +11,7 @@ import pytest
 
 from gpsec import caches
 from gpsec.errors import GpsecError
+from gpsec.hdmap import map as maps
 
 NOBODY = 65534
 
@@ -243,6 +244,28 @@ def test_a_cache_for_reading_is_read_and_left_alone(public: Path) -> None:
             pass
     assert caches.can_keep(public / "cache" / "kernels" / "not there")
     assert caches.read(path) == b"content"
+    assert sorted(public.rglob("*")) == before
+
+
+def test_maps_are_read_from_a_cache_for_reading(public: Path, plain_net, monkeypatch) -> None:
+    net = public / "road.net.xml"
+    made = plain_net('id="a" x="0" y="0"\nid="b" x="200" y="0"', 'id="ab" from="a" to="b" numLanes="1" speed="13.9"')
+    net.write_bytes(made.read_bytes())
+    net.chmod(0o644)
+    compiled: list[tuple[float, ...]] = []
+    compile_map = maps.compile_map
+
+    def watched(net: Path, spacings_m: tuple[float, ...]) -> maps.HDMap:
+        compiled.append(spacings_m)
+        return compile_map(net, spacings_m)
+
+    monkeypatch.setattr(maps, "compile_map", watched)
+    maps.load_map(net, (5.0,))
+    before = sorted(public.rglob("*"))
+    with only_reading(public / "cache"):
+        assert maps.load_map(net, (5.0,)).spacings_m == (5.0,)
+        assert maps.load_map(net, (2.0,)).spacings_m == (2.0,)
+    assert compiled == [(5.0,), (2.0,)]
     assert sorted(public.rglob("*")) == before
 
 

@@ -31,6 +31,16 @@ def fill(out):
     for i in range(len(out)):
         out[i] = step(2.0)
 """
+PICK = """
+from gpsec.kernels import kernel
+
+@kernel
+def pick(pair, out):
+    out[0] = pair.a
+"""
+CALL_PICK = CALL.replace("import fill", "import pick as fill\nfrom shapes import Pair").replace(
+    "fill(out)", "fill(Pair(a=1.0, b=2.0), out)"
+)
 HELPER = """
 from gpsec.kernels import inline
 
@@ -140,6 +150,14 @@ def test_an_entry_that_somebody_else_could_write_is_not_even_unpickled(place: Pl
     caches.write(entry, b"cbuiltins\nexit\n(I7\ntR.")  # a pickle that ends the process that reads it
     entry.chmod(0o666)
     assert place.run() == [4.0, 0, 1]
+
+
+def test_structures_of_another_package_count_by_the_order_of_their_fields(place: Place) -> None:
+    (place.folder / "plug" / "loops.py").write_text(PICK)
+    for fields in (("a", "b"), ("b", "a")):
+        lines = "".join(f"    {name}: float\n" for name in fields)
+        (place.folder / "shapes.py").write_text(f"from typing import NamedTuple\nclass Pair(NamedTuple):\n{lines}")
+        assert place.run(CALL_PICK) == [1.0, 0, 1]
 
 
 def test_an_entry_is_for_one_set_of_processor_features(place: Place) -> None:

@@ -101,6 +101,15 @@ def test_compiled_kernels_are_not_rehearsed(town, tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_nothing_is_rehearsed_for_a_cache_that_cannot_be_written(town, tmp_path, monkeypatch):
+    seen: list = []
+    monkeypatch.setattr(warmup, "are_compiled", lambda: False)
+    monkeypatch.setattr(warmup, "can_keep", lambda folder: False)
+    warmup.compile_kernels([town], tmp_path, seen.append)
+    assert ["cannot be written" in progress.note for progress in seen] == [True]
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_an_interrupt_while_kernels_are_compiled_is_one_of_the_run(town, tmp_path, monkeypatch):
     def interrupted(*arguments: object) -> None:
         raise KeyboardInterrupt
