@@ -1,13 +1,12 @@
 """Which files a scenario reads, and which ones its files name: also what they include, however deep."""
 
-import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from xml.parsers import expat
 
-from gpsec.traffic.inputs import UNREADABLE, first_match, open_input
+from gpsec.traffic.inputs import UNREADABLE, first_match, is_plain, open_input
 
 # Attributes of SUMO's elements that name a file. `imgFile` and `osgFile` are pictures.
 ATTRIBUTES = ("href", "file", "output", "dest", "edgesFile", "imgFile", "osgFile")
@@ -17,9 +16,6 @@ KEYS = ("file", "output")
 _READ_FROM = ("rerouter", "variableSpeedSign", "calibrator")
 _ALWAYS_READ = ("href", "edgesFile")
 
-# How the beginning of a file states its encoding.
-_ENCODING = re.compile(rb"""\A<\?xml\s[^>]*?encoding\s*=\s*["']([^"']*)["']""")
-_PLAIN = ("utf-8", "us-ascii", "ascii", "iso-8859-1", "iso-8859-15", "latin1", "windows-1252")
 # A file without any of these names none; what is written as a number may be a letter of a name, and a document type may
 # define words of its own.
 _NAMING = rf"""(\s(?:{"|".join(ATTRIBUTES)})\b|["'.](?:{"|".join(KEYS)})["']|&#|<!DOCTYPE)""".encode()
@@ -117,13 +113,3 @@ def files_named(path: Path, element: str, attributes: dict[str, str]) -> Iterato
     value = attributes.get("value", "").strip()
     if element == "param" and value and key.rpartition(".")[2] in KEYS:
         yield FileReference(path, element, key, value, False)
-
-
-def is_plain(path: Path) -> bool:
-    """Return whether the markup of a file is in ASCII, so that its bytes can be searched for names."""
-    with open_input(path) as stream:
-        head = stream.read(200).removeprefix(b"\xef\xbb\xbf")
-    if not head.lstrip().startswith(b"<") or b"\0" in head:
-        return False  # UTF-16 and others that SUMO may know
-    stated = _ENCODING.match(head)
-    return not stated or stated[1].decode(errors="replace").lower() in _PLAIN

@@ -14,6 +14,9 @@ from xml.sax.saxutils import unescape
 PREFIX = "gpsec."
 # What reading raises where an input file is broken: its compression, its encoding or its XML.
 UNREADABLE = (OSError, EOFError, zlib.error, ElementTree.ParseError, ValueError, LookupError)
+# How the beginning of a file states its encoding.
+_ENCODING = re.compile(rb"""\A<\?xml\s[^>]*?encoding\s*=\s*["']([^"']*)["']""")
+_PLAIN = ("utf-8", "us-ascii", "ascii", "iso-8859-1", "iso-8859-15", "latin1", "windows-1252")
 _CHUNK = 1 << 22
 _OVERLAP = 1024
 
@@ -69,26 +72,51 @@ def first_match(path: Path, pattern: bytes) -> str:
     return next(all_matches(path, pattern), "")
 
 
+def is_plain(path: Path) -> bool:
+    """Return whether the markup of a file is in ASCII, so that its bytes can be searched for names."""
+    with open_input(path) as stream:
+        head = stream.read(200).removeprefix(b"\xef\xbb\xbf")
+    if not head.lstrip().startswith(b"<") or b"\0" in head:
+        return False  # UTF-16 and others that SUMO may know
+    stated = _ENCODING.match(head)
+    return not stated or stated[1].decode(errors="replace").lower() in _PLAIN
+
+
 def own_parameters(path: Path) -> tuple[OwnParameter, ...]:
-    """Return the ``gpsec.…`` parameters in an additional or route file, and in what it includes.
+    """Return the ``gpsec.…`` parameters in an additional or route file, and in what it includes, each file once.
 
     libsumo gives a parameter only to those who know its key, so a misspelt one is seen only here. Of a broken file
     come those that can be read.
     """
-    try:
-        status = path.stat()
-    except OSError:
-        return ()
-    return _own_parameters(path, status.st_mtime_ns, status.st_size)
+    found: list[OwnParameter] = []
+    seen: set[Path] = set()
+
+    def look(file: Path) -> None:
+        try:
+            status, real = file.stat(), file.resolve()
+        except (OSError, ValueError, RuntimeError):
+            return  # a name that no file system takes, or links in a circle
+        if real in seen:
+            return
+        seen.add(real)
+        for part in _own_parts(file, status.st_mtime_ns, status.st_size):
+            if isinstance(part, Path):
+                look(part)
+            else:
+                found.append(part)
+
+    look(path)
+    return tuple(found)
 
 
 @lru_cache(maxsize=256)  # several stages look, and a route file may have hundreds of megabytes
-def _own_parameters(path: Path, changed_ns: int, size: int) -> tuple[OwnParameter, ...]:
-    if not first_match(path, rb"""(key\s*=\s*["']gpsec\.|<include\s)"""):
-        return ()
-    found: list[OwnParameter] = []
+def _own_parts(path: Path, changed_ns: int, size: int) -> tuple[OwnParameter | Path, ...]:
+    """Return the parameters in a file, and the files that it includes in their places."""
+    found: list[OwnParameter | Path] = []
     owners: list[ElementTree.Element] = []
     try:
+        if is_plain(path) and not first_match(path, rb"""(key\s*=\s*["'](?:gpsec\.|[^"']*&#)|<include\s)"""):
+            return ()
         with open_input(path) as stream:
             for event, element in ElementTree.iterparse(stream, events=("start", "end")):
                 if event == "end":
@@ -100,9 +128,9 @@ def _own_parameters(path: Path, changed_ns: int, size: int) -> tuple[OwnParamete
                     owner = owners[-1]
                     names = owner.tag, owner.get("id", ""), owner.get("type", "")
                     found.append(OwnParameter(path, *names, key, element.get("value", "")))
-                if element.tag == "include" and len(owners) == 1:
-                    found += own_parameters(path.parent / element.get("href", ""))
+                if element.tag == "include":
+                    found.append(path.parent / element.get("href", ""))
                 owners.append(element)
-    except (*UNREADABLE, RecursionError):
+    except UNREADABLE:
         pass  # SUMO will say what is wrong with the file
     return tuple(found)

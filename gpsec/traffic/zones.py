@@ -11,8 +11,8 @@ import numpy as np
 from gpsec.arrays import Floats
 from gpsec.errors import GpsecError, nearest, shown
 from gpsec.traffic.carried import ATTACK_KEY, DEPARTING
-from gpsec.traffic.input_files import input_files, is_plain
-from gpsec.traffic.inputs import UNREADABLE, first_match, open_input, own_parameters
+from gpsec.traffic.input_files import input_files
+from gpsec.traffic.inputs import UNREADABLE, first_match, is_plain, open_input, own_parameters
 from gpsec.traffic.options import SumoOptions
 
 ZONE_TYPE = "gpsec.attack"

@@ -51,3 +51,31 @@ def test_match_across_the_border_of_what_is_read_at_once(tmp_path):
         path.write_bytes(b" " * before + b'key="LC2013"')
         assert first_match(path, rb'key="(LC\d+)"') == "LC2013"
     assert first_match(path, rb'key="(SL\d+)"') == ""
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "iso-8859-1"])
+def test_parameters_in_any_encoding(tmp_path, encoding):
+    path = tmp_path / "more.add.xml"
+    path.write_bytes(f'<?xml version="1.0" encoding="{encoding}"?>{CONTENT}'.encode(encoding))
+    assert [found.key for found in own_parameters(path)] == ["gpsec.share", "gpsec.equipped"]
+
+
+def test_files_that_include_each_other_are_read_once(tmp_path):
+    more = '<additional><include href="b.xml"/><tazs><include href="c.xml"/><include href="c.xml"/></tazs></additional>'
+    (tmp_path / "a.xml").write_text(more)
+    (tmp_path / "b.xml").write_text(f'<additional><include href="./a.xml"/>{CONTENT}</additional>')
+    (tmp_path / "c.xml").write_text(CONTENT.replace('"z"', '"y"'))
+    found = own_parameters(tmp_path / "a.xml")
+    assert [(one.file.name, one.owner_id) for one in found] == [
+        ("b.xml", "z"),
+        ("b.xml", "car"),
+        ("c.xml", "y"),
+        ("c.xml", "car"),
+    ]
+
+
+def test_an_included_file_that_has_changed_is_read_again(tmp_path):
+    (tmp_path / "a.xml").write_text('<additional><include href="b.xml"/></additional>')
+    assert own_parameters(tmp_path / "a.xml") == ()
+    (tmp_path / "b.xml").write_text(CONTENT)
+    assert len(own_parameters(tmp_path / "a.xml")) == 2
