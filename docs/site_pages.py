@@ -23,6 +23,7 @@ _KINDS = ("attacks", "detectors", "responses", "profiles")
 _MODULES = (
     "gpsec.results",
     "gpsec.report.make",
+    "gpsec.testing",
     "gpsec.attacks.base",
     "gpsec.detection.base",
     "gpsec.localization.responses",

@@ -17,6 +17,7 @@ ABOVE = frozenset(
         "paper",
         "run",
         "warmup",
+        "testing",
         "training",
         "pipeline",
         "reference",

@@ -1,5 +1,6 @@
 """The example in docs/adding-an-attack.md is an attack that works."""
 
+import ast
 import importlib.util
 import re
 import tomllib
@@ -8,10 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gpsec import parts
 from gpsec.attacks.plans import PlanConfig
+from gpsec.attacks.registry import ATTACKS
 from gpsec.attacks.zones import zone_keys
-
-from .helpers import displacement, make_victims
+from gpsec.testing import check_attack
+from gpsec.testing.victims import displacement, make_victims
 
 GUIDE = (Path(__file__).parents[2] / "docs" / "adding-an-attack.md").read_text(encoding="utf-8")
 
@@ -22,10 +25,21 @@ def block(language: str) -> str:
     return match[1]
 
 
-def test_the_example_sways(tmp_path: Path) -> None:
-    file = tmp_path / "sway.py"
+def _example(folder: Path) -> Path:
+    file = folder / "sway.py"
     file.write_text(block("python"), encoding="utf-8")
-    spec = importlib.util.spec_from_file_location("sway", file)
+    return file
+
+
+@pytest.fixture(autouse=True)
+def as_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    for of in ("_parts", "_modules"):
+        monkeypatch.setattr(ATTACKS, of, dict(getattr(ATTACKS, of)))
+    monkeypatch.setattr(parts, "_used", {})
+
+
+def test_the_example_sways(tmp_path: Path) -> None:
+    spec = importlib.util.spec_from_file_location("sway", _example(tmp_path))
     assert spec
     assert spec.loader
     module = importlib.util.module_from_spec(spec)
@@ -43,3 +57,12 @@ def test_the_plan_of_the_example_has_the_keys_of_a_plan() -> None:
 def test_the_names_that_parameters_must_not_have_are_listed() -> None:
     taken = {*PlanConfig.model_fields, *(key.removeprefix("gpsec.") for key in zone_keys()[:5])}
     assert all(f"`{name}`" in GUIDE for name in taken)
+
+
+def test_the_row_of_the_example_keeps_the_contract_and_the_plan_runs(tmp_path: Path) -> None:
+    row = re.search(r"AttackCase\(ATTACKS\[\"sway\"\], (\{.*?\})\)", GUIDE)
+    assert row
+    parts.use([f"{_example(tmp_path)}:Sway"])
+    check_attack(ATTACKS["sway"], **ast.literal_eval(row[1]))
+    [table] = tomllib.loads(block("toml"))["plans"]
+    assert PlanConfig.model_validate(table).build_attack().amplitude_m == 1.5

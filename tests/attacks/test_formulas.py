@@ -15,8 +15,7 @@ from gpsec.attacks.replay import Replay
 from gpsec.attacks.stealth import Stealth
 from gpsec.attacks.two_stage import TwoStage
 from gpsec.fleet import Rows
-
-from .helpers import displacement, make_victims
+from gpsec.testing.victims import displacement, make_victims
 
 NORTH = np.pi / 2
 

@@ -5,19 +5,27 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gpsec.arrays import Flags, Floats
 from gpsec.attacks.base import Attack, Spoofed, Victims
 from gpsec.attacks.history import FixHistory
 from gpsec.noise import vehicle_key
+from gpsec.testing.contract import BrokenContractError, require
 
 STEP_S = 0.1
+PastFix = Callable[[float], tuple[Floats, Flags]]
 
 
 def no_past(delay_s: float) -> tuple[np.ndarray, np.ndarray]:
-    raise AssertionError("this attack must not look back")
+    """Refuse to look back.
+
+    Raises:
+        BrokenContractError: always.
+    """
+    raise BrokenContractError("an attack without `needed_memory_s` does not ask for `past_fix`")
 
 
 def make_victims(m: int = 1, **given: object) -> Victims:
-    """m victims on eastbound lanes; keyword arguments replace fields."""
+    """Return m victims on eastbound lanes; keyword arguments replace fields."""
     fields: dict[str, object] = {
         "rows": np.arange(m, dtype=np.int32),
         "key": np.array([vehicle_key(1, f"v{i}") for i in range(m)], np.uint64),
@@ -37,7 +45,7 @@ def make_victims(m: int = 1, **given: object) -> Victims:
 
 
 def displacement(attack: Attack, victims: Victims) -> np.ndarray:
-    """(m, 2) spoofed minus honest fix in the first step of an attack."""
+    """Return (m, 2) spoofed minus honest fix in the first step of an attack."""
     state = attack.new_state(int(victims.rows.max()) + 1)
     return attack.apply(victims, state).fix_m - victims.fix_m
 
@@ -58,7 +66,7 @@ class World:
 
     @classmethod
     def random(cls, steps: int = 60, m: int = 7) -> "World":
-        """Random lanes, gaps in the fixes, and attacks that began 0 to 3 s before step 40."""
+        """Return random lanes, gaps in the fixes, and attacks that began 0 to 3 s before step 40."""
         rng = np.random.default_rng(5)
         return cls(
             fix_m=rng.normal(0.0, 500.0, (steps, m, 2)),
@@ -73,12 +81,12 @@ class World:
         )
 
     def take(self, order: np.ndarray) -> "World":
-        """The victims `order` only, in that order."""
+        """Return the victims `order` only, in that order."""
         step_first = {name: value[:, order] for name, value in vars(self).items() if value.ndim > 1}
         return replace(self, key=self.key[order], began=self.began[order], **step_first)
 
     def change_from(self, step: int) -> "World":
-        """The same up to `step`, everything else from there on."""
+        """Return the same up to `step`, and everything else from there on."""
         other = {
             name: np.concatenate([value[:step], ~value[step:] if value.dtype == np.bool_ else value[step:] * 1.01])
             for name, value in vars(self).items()
@@ -93,7 +101,13 @@ def drive(
     rows: np.ndarray | None = None,
     watch: Callable[[float], None] = lambda delay_s: None,
 ) -> list[tuple[np.ndarray, Spoofed]]:
-    """Run the attack; (victims, their spoofed fixes) for every step. Track rows are `rows`, vehicle rows 0, 1, …"""
+    """Run the attack; return (victims, their spoofed fixes) of every step.
+
+    Vehicle rows are 0, 1, …, track rows `rows`; `watch` is told how far back each look at past fixes goes.
+
+    Raises:
+        BrokenContractError: the attack looks back further than it says.
+    """
     steps, m = world.fix_valid.shape
     rows = np.arange(m, dtype=np.int32) if rows is None else rows
     state = attack.new_state(int(rows.max()) + 1)
@@ -104,8 +118,10 @@ def drive(
         on = np.flatnonzero(world.began <= step)
         read = history.reader(on.astype(np.int32), step, STEP_S)
 
-        def past_fix(delay_s: float, read: Callable = read) -> tuple[np.ndarray, np.ndarray]:
+        def past_fix(delay_s: float, read: PastFix = read) -> tuple[Floats, Flags]:
             watch(delay_s)
+            furthest = attack.needed_memory_s()
+            require(0.0 <= delay_s <= furthest, "`past_fix` is asked for no more than `needed_memory_s`")
             return read(delay_s)
 
         victims = Victims(
