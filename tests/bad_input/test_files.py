@@ -76,9 +76,13 @@ EARLY = {
         ("run.sumocfg: net-file names '", "x.net.xml', which does not exist"),
         {"run.sumocfg": config(inputs=INPUTS.replace("grid", LONG))},
     ),
-    "run to report on whose name is too long": Case(("cannot be used as a path",), arguments=("report", LONG)),
-    "run to trace whose name is too long": Case(("cannot be used as a path",), arguments=("trace", LONG, "a")),
-    "map whose name is too long": Case(("cannot be used as a path",), arguments=("import", LONG)),
+    "run to report on whose name is too long": Case(
+        ("xxx", "cannot be used: File name too long"), arguments=("report", LONG)
+    ),
+    "run to trace whose name is too long": Case(
+        ("xxx", "cannot be used: File name too long"), arguments=("trace", LONG, "a")
+    ),
+    "map whose name is too long": Case(("xxx", "cannot be used: File name too long"), arguments=("import", LONG)),
     "net in a folder whose name is too long": Case(
         ("run.sumocfg: net-file names '", "/grid.net.xml', which does not exist"),
         {"run.sumocfg": config(inputs=INPUTS.replace("grid", f"{LONG}/grid"))},

@@ -109,8 +109,8 @@ def readers(material: Material) -> dict[str, Reader]:
         "demand": Reader(demand, {"grid.net.xml": material.net}, {"grid.net.xml": mutators.xml}),
         "recording": Reader(_replay, {"traffic.npz": material.recording}, {"traffic.npz": mutators.arrays}),
         "models": Reader(_models, bundled, _ways(bundled)),
-        "report": Reader(command("report", "r", "--no-traces", "--geojson"), run, _ways(run)),
-        "comparison": Reader(command("report", "r", "o", "--no-traces"), {**run, **other}, _ways(run)),
+        "report": Reader(command("report", "r", "--geojson"), run, _ways(run)),
+        "comparison": Reader(command("report", "r", "o"), {**run, **other}, _ways(run)),
         "trace": Reader(command("trace", "r", "f.0"), run, _ways(run)),
     }
 
