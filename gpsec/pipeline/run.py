@@ -12,7 +12,7 @@ from threadpoolctl import threadpool_limits
 from gpsec.arrays import Ints
 from gpsec.attacks.plans import NO_ATTACK
 from gpsec.engine import Method, Stopwatch, Watchers
-from gpsec.errors import GpsecError
+from gpsec.errors import GpsecError, shown
 from gpsec.fleet import SAMPLE_S
 from gpsec.kernels import load
 from gpsec.outcomes.events import Journey
@@ -322,8 +322,8 @@ def _warnings(ground: Ground) -> list[str]:
         )
     if stretched := ground.hd_map.stretched:
         said.append(
-            f"{len(stretched)} lanes, such as '{stretched[0]}', have a shape more than a tenth longer or shorter than"
-            " their length: vehicles are faster or slower there than SUMO says"
+            f"{len(stretched)} lanes, such as '{shown(stretched[0])}', have a shape more than a tenth longer or shorter"
+            " than their length: vehicles are faster or slower there than SUMO says"
         )
     return said
 

@@ -4,6 +4,7 @@ import json
 import re
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 
 import pandas as pd
 import pytest
@@ -26,6 +27,15 @@ BIAS = '{attack="constant_bias", bias_m=3.0, share=1.0, start_after_s=[0.0, 1.0]
 FLOW = '<flow id="{id}" type="{type}" from="ab" to="bc" begin="{begin}" period="9" number="4" {how}/>'
 
 Notes = Callable[..., list[str]]
+
+
+@pytest.mark.parametrize("stretched", [(), ("ab_0", "bc_0")])
+def test_lanes_whose_length_is_not_that_of_their_shape_are_said(stretched: tuple[str, ...]) -> None:
+    from gpsec.pipeline.run import _warnings
+
+    ground = SimpleNamespace(options=SimpleNamespace(step_s=0.1), hd_map=SimpleNamespace(stretched=stretched))
+    said = _warnings(ground)  # type: ignore[arg-type]
+    assert [sentence.partition(" have")[0] for sentence in said] == ["2 lanes, such as 'ab_0',"] * bool(stretched)
 
 
 @pytest.fixture
