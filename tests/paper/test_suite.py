@@ -14,7 +14,7 @@ SCENARIO = load_scenario(Path(__file__).parents[2] / "scenarios" / "slow_curve")
     ("outcome", "error", "said"),
     [
         (Outcome(failures=[Failure("slow_curve", "no net")]), GpsecError, "^scenario 'slow_curve': no net$"),
-        (Outcome(failures=[Failure("slow_curve", "a fault", "a trace")]), GpsecError, "^a trace\nscenario"),
+        (Outcome(failures=[Failure("slow_curve", "a fault", "a trace")]), GpsecError, "^a trace scenario"),
         (Outcome(interrupted=True), KeyboardInterrupt, "^$"),
     ],
 )
