@@ -7,9 +7,12 @@ from pathlib import Path
 
 from gpsec import cli
 from gpsec.detection import models
-from gpsec.traffic.recording import RecordedTraffic, Recording
+from gpsec.hdmap.map import load_map
+from gpsec.traffic.recording import RecordedTraffic
+from gpsec.traffic.recordingfile import load_recording, on_net
 from tests.bad_input.worlds import CAR, FLOW, config, routes, zone
 from tests.opendrive.maps import TWO_WAY, document, lane, road, section
+from tests.openstreetmap.maps import CROSSING
 
 from . import mutators
 from .material import Material
@@ -106,8 +109,17 @@ def readers(material: Material) -> dict[str, Reader]:
         "routes": Reader(check, world, {"s/cars.rou.xml": mutators.xml}),
         "additional": Reader(check, world, {"s/more.add.xml": mutators.xml}),
         "opendrive": Reader(import_, {"map.xodr": MAP.encode()}, {"map.xodr": mutators.xml}),
+        "openstreetmap": Reader(
+            command("import", "map.osm", "--out", "map.net.xml"),
+            {"map.osm": CROSSING.encode()},
+            {"map.osm": mutators.xml},
+        ),
         "demand": Reader(demand, {"grid.net.xml": material.net}, {"grid.net.xml": mutators.xml}),
-        "recording": Reader(_replay, {"traffic.npz": material.recording}, {"traffic.npz": mutators.arrays}),
+        "recording": Reader(
+            _replay,
+            {"traffic.npz": material.recording, "grid.net.xml": material.net},
+            {"traffic.npz": mutators.arrays},
+        ),
         "models": Reader(_models, bundled, _ways(bundled)),
         "report": Reader(command("report", "r", "--geojson"), run, _ways(run)),
         "comparison": Reader(command("report", "r", "o"), {**run, **other}, _ways(run)),
@@ -121,7 +133,9 @@ def _set() -> int:
 
 
 def _replay() -> int:
-    traffic = RecordedTraffic(Recording.load(Path("traffic.npz")))
+    net = Path("grid.net.xml")
+    recording = load_recording(Path("traffic.npz"), on_net(net, len(load_map(net, ()).lane_ids)))
+    traffic = RecordedTraffic(recording)
     return 0 if all(len(frame.rows) >= 0 for frame in traffic.frames()) else 1
 
 

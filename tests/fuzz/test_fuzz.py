@@ -19,8 +19,8 @@ from .readers import Reader, readers
 from .workers import Case, Worker
 
 NAMES = (
-    *("toml", "set", "sumocfg", "net", "routes", "additional", "opendrive", "demand", "recording", "models"),
-    *("report", "comparison", "trace"),
+    *("toml", "set", "sumocfg", "net", "routes", "additional", "opendrive", "openstreetmap", "demand"),
+    *("recording", "models", "report", "comparison", "trace"),
 )
 FEW = range(1, 7)
 
