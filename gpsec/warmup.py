@@ -7,6 +7,7 @@ Otherwise all scenarios that run at once would compile all of them.
 from collections.abc import Callable, Sequence
 from multiprocessing import get_context
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from gpsec.caches import can_keep, kernels_folder
 from gpsec.errors import GpsecError
@@ -40,12 +41,17 @@ def compile_kernels(scenarios: Sequence[Scenario], work: Path, report: Callable[
         return
     note = "kernels are compiled once, which takes up to half a minute"
     report(Progress(batched[0].name, stage="compiling kernels", note=note))
-    claims = work / ".claims"
+    # A name of its own each time: `work` may hold what a killed run has left.
+    with TemporaryDirectory(prefix=".rehearsal-", dir=work, ignore_cleanup_errors=True) as folder:
+        _compile(batched, Path(folder))
+
+
+def _compile(batched: Sequence[Scenario], folder: Path) -> None:
+    """Rehearse in several processes, below the empty `folder`, and note what they compiled."""
+    claims = folder / "claims"
     claims.mkdir()
     processes = [
-        get_context("spawn").Process(
-            target=_rehearse, args=(batched, work / f".rehearsal-{number}", claims), daemon=True
-        )
+        get_context("spawn").Process(target=_rehearse, args=(batched, folder / str(number), claims), daemon=True)
         for number in range(min(cores(), _MOST_PROCESSES))
     ]
     try:
@@ -59,7 +65,7 @@ def compile_kernels(scenarios: Sequence[Scenario], work: Path, report: Callable[
                 if process.pid is not None:
                     process.kill()
                     process.join()
-    lists = [path.read_text("utf-8").splitlines() for path in work.glob(f".rehearsal-*/{_KEPT}")]
+    lists = [path.read_text("utf-8").splitlines() for path in folder.glob(f"*/{_KEPT}")]
     if len(lists) == len(processes):
         note_rehearsal(name for names in lists for name in names)
 

@@ -88,6 +88,16 @@ def test_what_goes_wrong_is_left_to_the_run(town, tmp_path, monkeypatch):
     assert "once" in seen[0].note
 
 
+def test_what_a_killed_rehearsal_has_left_is_in_nobody_s_way(town, tmp_path, monkeypatch):
+    for name in (".claims", ".rehearsal-0", ".rehearsal-1"):
+        (tmp_path / name).mkdir()
+    left = sorted(tmp_path.iterdir())
+    monkeypatch.setattr(warmup, "are_compiled", lambda: False)
+    monkeypatch.setattr(warmup, "_rehearse", give_up)
+    warmup.compile_kernels([town], tmp_path, lambda progress: None)
+    assert sorted(tmp_path.iterdir()) == left
+
+
 def give_up(scenarios: list[Scenario], folder: Path, claims: Path) -> None:
     raise GpsecError("no such net")
 
