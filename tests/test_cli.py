@@ -186,6 +186,7 @@ BAD_ARGUMENTS = {
     "out is a file": (["run", "town", "--out", "notes.md"], ["notes.md: expected an output folder, found a file"]),
     "out below a file": (["run", "town", "--out", "notes.md/x"], ["notes.md/x: no results can be written there"]),
     "out holds a run": (["run", "town", "--out", "done"], ["done: holds another run; give --overwrite"]),
+    "out is the root": (["run", "town", "--out", "/"], ["/: expected an output folder, found the root"]),
     "out is no run": (["run", "town", "--out", "town", "--overwrite"], ["town: expected an empty or new folder"]),
     "default out holds a run": (["run", "scenarios/hill"], ["results/hill: holds another run"]),
     "unknown kind": (["list", "atacks"], ["KIND", "did you mean 'attacks'?"]),

@@ -92,7 +92,13 @@ def settle(out: Path) -> None:
 
 
 def workshop_of(out: Path) -> Path:
-    """Return where the workshop of an output is."""
+    """Return where the workshop of an output is.
+
+    Raises:
+        GpsecError: there is nothing beside it.
+    """
+    if not out.name:
+        raise GpsecError(f"{out}: expected an output folder, found the root of all folders; choose another --out")
     return out.with_name(f".{out.name[:100]}.partial")
 
 
