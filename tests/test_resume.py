@@ -19,6 +19,7 @@ from gpsec.console import launch
 from gpsec.console.launch import _missing
 from gpsec.outcomes.digests import table_digests
 from gpsec.outcomes.tables import TABLES
+from gpsec.run import is_finished
 from gpsec.scenario import load_scenario
 from gpsec.scenario.overrides import parse_set
 
@@ -211,3 +212,15 @@ def test_an_included_file_and_the_installed_libraries_are_part_of_the_fingerprin
     monkeypatch.setattr("platform.python_version", lambda: "3.0")
     seen.append(module.fingerprint(load_scenario("one")))
     assert len(set(seen)) == len(seen)
+
+
+def test_a_scenario_of_a_killed_run_counts_only_with_all_its_tables(here: Path) -> None:
+    from gpsec.pipeline.fingerprint import fingerprint
+
+    scenario, folder = load_scenario("one"), here / "work"
+    held(folder, fingerprint(scenario))
+    stated = {"scenario": "one", "fingerprint": fingerprint(scenario), "tables": table_digests(folder)}
+    (folder / "manifest.json").write_text(json.dumps(stated))
+    assert is_finished(folder, scenario)
+    (folder / "places.csv").write_text("scenario\nby hand\n")
+    assert not is_finished(folder, scenario)

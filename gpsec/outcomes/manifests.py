@@ -56,5 +56,5 @@ def stated_digests(folder: Path, manifest: dict[str, Any]) -> dict[str, str] | N
 def _is_name(value: object) -> bool:
     """Return whether a value can be part of the name of a file in the folder of a run."""
     return (
-        isinstance(value, str) and 0 < len(value) <= 200 and not set(value) & set("/\\\0") and value not in (".", "..")
+        isinstance(value, str) and 0 < len(value) <= 255 and not set(value) & set("/\\\0") and value not in (".", "..")
     )
