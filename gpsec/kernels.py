@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache, cached_property, update_wrapper
 from importlib.metadata import version
+from inspect import getclosurevars, ismodule
 from pathlib import Path
 from typing import Any, Generic, ParamSpec, TypeVar, cast
 
@@ -60,8 +61,23 @@ class Compiled(Generic[P, R]):
         if self._keep and not _numba().config.DISABLE_JIT:
             from gpsec.machinecode import keep
 
-            keep(made)
+            keep(made, self._owners())
         return made
+
+    def _owners(self) -> list[str]:
+        """Return what owns the function, and then the packages of others that own what is compiled into it."""
+        own = sources.owner(self._function.__module__)
+        if own.startswith("gpsec."):
+            return [own]  # which imports nothing of others
+        found: list[Compiled[..., Any]] = [self]
+        for compiled in found:  # which grows
+            names = getclosurevars(compiled._function)
+            values = [*names.globals.values(), *names.nonlocals.values()]
+            attributes = compiled._function.__code__.co_names
+            within = [vars(value).get(name) for value in values if ismodule(value) for name in attributes]
+            found += [value for value in values + within if isinstance(value, Compiled) and value not in found]
+        owners = {sources.owner(compiled._function.__module__) for compiled in found} - {own}
+        return [own, *sorted(owner for owner in owners if not owner.startswith("gpsec."))]
 
     @cached_property
     def part(self) -> Any:

@@ -7,7 +7,7 @@ reads pickles unchecked.
 import hashlib
 import pickle
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -22,12 +22,14 @@ from gpsec import caches, sources
 entries: set[Path] = set()
 
 
-def keep(dispatcher: Any) -> None:
-    """Let what `dispatcher` compiles be kept, where its sources can be found."""
-    owner = sources.owner(dispatcher.py_func.__module__)
-    folder, stamp = _folder(owner), sources.digest(owner)
-    if folder is not None and stamp is not None:
-        dispatcher._cache = _Cache(dispatcher, _Locator(dispatcher.py_func, folder, stamp))
+def keep(dispatcher: Any, owners: Sequence[str]) -> None:
+    """Let what `dispatcher` compiles be kept, where its sources can be found.
+
+    The first of the owners (`sources.owner`) is that of the function, the others those of what is compiled into it.
+    """
+    folder, stamps = _folder(owners[0]), [sources.digest(owner) for owner in owners]
+    if folder is not None and all(stamps):
+        dispatcher._cache = _Cache(dispatcher, _Locator(dispatcher.py_func, folder, " ".join(map(str, stamps))), owners)
 
 
 @cache
@@ -97,19 +99,19 @@ class _Files:
 class _Cache(caching.Cache):  # type: ignore[misc]
     """numba's cache of a function, with another place, key and kind of file."""
 
-    def __init__(self, dispatcher: Any, locator: _Locator) -> None:
+    def __init__(self, dispatcher: Any, locator: _Locator, owners: Sequence[str]) -> None:
         self._py_func = dispatcher.py_func
         self._name = repr(self._py_func)
         self._impl = _Results(self._py_func, locator)
         self._cache_path = locator.get_cache_path()
         self._cache_file = _Files(Path(self._cache_path), self._impl.filename_base)
         self._options = repr(sorted(dispatcher.targetoptions.items()))
-        self._owner = sources.owner(self._py_func.__module__)
+        self._owners = owners
         self.enable()
 
     def _save_overload(self, sig: Any, data: Any) -> None:
         """Keep what was compiled, unless sources were changed since: they may be of either state."""
-        if sources.are_unchanged(self._owner):
+        if all(sources.are_unchanged(owner) for owner in self._owners):
             super()._save_overload(sig, data)
 
     def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:

@@ -118,7 +118,8 @@ def _digest_of(place: Path) -> bytes:
 
 
 def _files(place: Path) -> list[Path]:
-    return sorted(place.rglob("*.py")) if place.is_dir() else [place.with_suffix(".py")]
+    found = sorted(place.rglob("*.py")) if place.is_dir() else [place.with_suffix(".py")]
+    return [path for path in found if path.is_file()]  # no link that an editor locks a file with
 
 
 def _state(place: Path) -> list[tuple[int, int]]:

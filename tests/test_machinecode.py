@@ -105,6 +105,14 @@ def test_an_edited_helper_is_compiled_again(place: Place, tmp_path: Path, numba:
     assert kept == {"numba" if numba else "cache"}
 
 
+def test_an_edited_helper_of_a_third_package_is_compiled_again(place: Place) -> None:
+    helper = place.folder / "plug" / "helper.py"
+    helper.write_text("import third\n" + HELPER.replace("{factor} * value", "third.double(value)"))
+    for factor in (2.0, 200.0):
+        (place.folder / "third.py").write_text(HELPER.replace("step", "double").format(factor=factor))
+        assert place.run() == [2.0 * factor, 0, 1]
+
+
 def test_another_install_of_the_same_sources_loads_what_is_there(place: Place, tmp_path: Path) -> None:
     assert place.run() == [4.0, 0, 1]
     other = Place(tmp_path / "other" / "place", tmp_path / "cache")

@@ -122,6 +122,13 @@ def test_an_edit_changes_its_layer_and_those_above(copy: Path, edited: str, chan
     assert {name for name in names if sources.digest(f"gpsec.{name}") != before[name]} == changed
 
 
+def test_a_lock_of_an_editor_is_no_source(copy: Path) -> None:
+    before = sources.digest("gpsec.attacks")
+    (copy / "attacks" / ".#drift.py").symlink_to("user@host.1234")
+    forget()
+    assert sources.digest("gpsec.attacks") == before
+
+
 def test_sources_that_change_after_they_were_imported_have_a_digest_of_their_own(copy: Path) -> None:
     before = sources.digest("gpsec.attacks")
     forget()
