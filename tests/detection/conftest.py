@@ -6,8 +6,7 @@ import pytest
 from gpsec.detection import forest_training, lstm_training
 from gpsec.detection.models import ProfileModel
 from gpsec.detection.training import train_one
-
-from .synthetic import make_log
+from gpsec.testing.residuals import make_log
 
 
 @cache

@@ -7,8 +7,7 @@ from gpsec.detection.cusum import Cusum
 from gpsec.detection.logs import Grid
 from gpsec.detection.lstm import Lstm
 from gpsec.detection.lstm_cusum import LstmCusum
-
-from .synthetic import make_log
+from gpsec.testing.residuals import make_log
 
 
 def white_log(seed, vehicles=60, steps=900):

@@ -2,8 +2,7 @@ import numpy as np
 
 from gpsec.detection.base import Observation
 from gpsec.detection.chi_square import ChiSquare
-
-from .ask import ask
+from gpsec.testing.detectors import ask
 
 
 def observe(residual_m, valid=True):

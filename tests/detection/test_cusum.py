@@ -6,9 +6,9 @@ from filterpy.kalman import KalmanFilter
 
 from gpsec.detection import whitening
 from gpsec.detection.cusum import Cusum
+from gpsec.testing.detectors import ask
+from gpsec.testing.residuals import make_log
 
-from .ask import ask
-from .synthetic import make_log
 from .test_chi_square import observe
 
 

@@ -7,9 +7,8 @@ from gpsec.detection.forest import DEEPEST, average_path, join, score
 from gpsec.detection.isolation_forest import FEATURES, WINDOW, IsolationForest
 from gpsec.detection.logs import Grid
 from gpsec.errors import GpsecError
-
-from .ask import ask
-from .synthetic import make_log
+from gpsec.testing.detectors import ask
+from gpsec.testing.residuals import make_log
 
 
 @pytest.fixture(scope="module")

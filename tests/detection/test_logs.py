@@ -5,8 +5,7 @@ import pytest
 
 from gpsec.detection.logs import Grid, sessions, split
 from gpsec.errors import GpsecError
-
-from .synthetic import make_log
+from gpsec.testing.residuals import make_log
 
 
 def test_grid_aligns_vehicles_at_their_first_step_and_fills_missing_steps():

@@ -12,9 +12,8 @@ from gpsec.detection.lstm_cell import HIDDEN, INPUTS, exp32
 from gpsec.detection.lstm_cusum import LstmCusum
 from gpsec.errors import GpsecError
 from gpsec.reference.network import PlainNetwork
-
-from .ask import ask
-from .synthetic import make_log
+from gpsec.testing.detectors import ask
+from gpsec.testing.residuals import make_log
 
 
 @pytest.fixture

@@ -1,0 +1,331 @@
+"""The contract of a detector: `check_detector` holds all of it, each function of `DETECTOR_CHECKS` one rule."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gpsec.arrays import Flags, Floats
+from gpsec.detection.alarm import GAP_S, HOLD_S
+from gpsec.detection.base import Detector, Observation, Verdict
+from gpsec.detection.logs import Grid
+from gpsec.fleet import Rows
+from gpsec.testing.contract import require
+from gpsec.testing.residuals import SCALE_M, STEP_S, make_log
+from gpsec.threads import Threads
+
+PROFILES = ("first", "second")
+_COLUMNS = ("rows", "profile", "residual_m", "valid", "scale_m", "speed_mps", "curvature_per_m", "camera_sigma_m")
+
+
+class Answer(NamedTuple):
+    """(m,) or (T, m) statistic, scored and alarm."""
+
+    statistic: Floats
+    scored: Flags
+    alarm: Flags
+
+    def bytes(self) -> tuple[bytes, ...]:
+        """Return what two answers have in common that are equal to the last bit."""
+        return tuple(np.ascontiguousarray(array).tobytes() for array in self)
+
+    def at(self, part: Any) -> "Answer":
+        """Return a part of every array."""
+        return Answer(*(array[part] for array in self))
+
+
+@dataclass(frozen=True)
+class DetectorCase:
+    """A detector to be checked.
+
+    Attributes:
+        build: returns the detector for sensor profiles, of which there are one or two.
+        threshold: that benign residuals of `gpsec.testing.residuals` seldom pass.
+        slack: a bias of twice this multiple of the scale is more anomalous than none.
+    """
+
+    build: Callable[[Sequence[str]], Detector]
+    threshold: float
+    slack: float = 1.0
+
+    def run(self, grid: Grid, steps: int | None = None, state: Any = None, threads: Threads | None = None) -> Answer:
+        """Return (T, V) answers for all vehicles of a grid, whose profiles alternate."""
+        detector = self.build(PROFILES)
+        state = detector.new_state(len(grid.length)) if state is None else state
+        answers = []
+        for t in range(len(grid.valid) if steps is None else steps):
+            seen = observe(grid, t)
+            answers.append(ask(detector, state, seen, np.full(len(seen.rows), self.threshold), threads))
+        return Answer(*(np.stack(column) for column in zip(*answers, strict=True)))
+
+
+def check_detector(build: Callable[[Sequence[str]], Detector], threshold: float, slack: float = 1.0) -> None:
+    """Hold a detector to its contract.
+
+    Args:
+        build: returns the detector for sensor profiles, of which there are one or two; where nothing is learned,
+            ``lambda profiles: MyDetector()``.
+        threshold: that benign residuals of `gpsec.testing.residuals.make_log` seldom pass.
+        slack: a bias of twice this multiple of the scale is more anomalous than none.
+
+    Raises:
+        BrokenContractError: it breaks a rule, which is said.
+    """
+    case = DetectorCase(build, threshold, slack)
+    for check in DETECTOR_CHECKS:
+        check(case)
+
+
+def ask(detector: Detector, state: Any, seen: Observation, threshold: Floats, threads: Threads | None = None) -> Answer:
+    """Let a detector take a step; it has to answer in the second of three columns, at the observed rows, nowhere else.
+
+    Raises:
+        BrokenContractError: it wrote elsewhere.
+    """
+    shape = (state.capacity, 3)
+    verdict = Verdict(np.full(shape, -7.0), np.ones(shape, np.bool_), np.ones(shape, np.bool_), 1)
+    detector.update(state, seen, threshold, verdict, threads)
+    elsewhere = np.ones(shape, np.bool_)
+    elsewhere[seen.rows, 1] = False
+    untouched = (verdict.statistic[elsewhere] == -7.0).all() and verdict.scored[elsewhere].all()
+    require(untouched and verdict.alarm[elsewhere].all(), "answers stand at the observed rows of the verdict's column")
+    return Answer(*verdict.at(seen.rows))
+
+
+def observe(grid: Grid, t: int) -> Observation:
+    """Return what there is to see in a step; the vehicles' profiles alternate."""
+    seen = grid.observe(t)
+    return seen._replace(profile=(seen.rows % 2).astype(np.int32))
+
+
+def take(seen: Observation, chosen: Any) -> Observation:
+    """Return some rows of an observation, in the order of `chosen`."""
+    columns: dict[str, Any] = {name: np.ascontiguousarray(getattr(seen, name)[chosen]) for name in _COLUMNS}
+    return seen._replace(**columns)
+
+
+def spoofed(grid: Grid, first: int, offset_m: float) -> Grid:
+    """Return residuals that are moved from step `first` on."""
+    residual = grid.residual_m.copy()
+    residual[first:] += np.where(grid.valid[first:], offset_m, 0.0)
+    return replace(grid, residual_m=residual)
+
+
+def benign(vehicles: int = 24, steps: int = 260, seed: int = 9) -> Grid:
+    """Return residuals with noise, bends, junctions and gaps."""
+    return Grid.of([make_log(vehicles, steps, seed=seed)])
+
+
+def clean(vehicles: int, steps: int) -> Grid:
+    """Return valid residuals of exactly zero."""
+    return Grid.of([make_log(vehicles, steps, seed=0, white=0.0, slow=0.0, chord_m=0.0, gaps=False)])
+
+
+def with_gap(gap: int, bias: float = 8.0, after: float = 0.0, total: int = 300) -> Grid:
+    """Return residuals of `bias` scales from step 60, none from step 100 for `gap` steps, then of `after` scales."""
+    grid = clean(1, total)
+    grid.residual_m[60:100] = bias * SCALE_M
+    grid.residual_m[100 + gap :] = after * SCALE_M
+    grid.valid[100 : 100 + gap] = False
+    grid.residual_m[100 : 100 + gap] = 0.0
+    return grid
+
+
+def answers_have_shapes_types_and_masks(case: DetectorCase) -> None:
+    """Hold types, finite and non-negative statistics, and that what is not valid is not scored."""
+    grid = benign()
+    statistic, scored, _ = case.run(grid)
+    require(np.isfinite(statistic).all(), "a statistic is finite")
+    require((statistic[~scored] == 0.0).all(), "a statistic is 0 where nothing is scored")
+    require(not (scored & ~grid.valid).any(), "nothing is scored without a valid residual")
+    require((statistic[scored] >= 0.0).all(), "a statistic is at least 0")
+    require(scored[grid.valid].mean() > 0.9, "more than nine tenths of the valid residuals are scored")
+
+
+def an_alarm_is_a_statistic_over_the_threshold(case: DetectorCase) -> None:
+    """Hold what an alarm is, where there is a score."""
+    statistic, scored, alarm = case.run(spoofed(benign(), 100, 1.5))
+    require(np.array_equal(alarm[scored], (statistic > case.threshold)[scored]), "alarm where statistic > threshold")
+
+
+def the_same_input_gives_the_same_bytes_for_any_threads(case: DetectorCase) -> None:
+    """Hold determinism, also where rows are split among threads."""
+    threads = Threads(2)
+    threads.MIN_ROWS = 1
+    try:
+        again = case.run(benign(), threads=threads)
+    finally:
+        threads.close()
+    require(case.run(benign()).bytes() == again.bytes(), "the same input gives the same bytes, for any threads")
+
+
+def the_batch_equals_a_loop_of_singles(case: DetectorCase) -> None:
+    """Hold that a row's answer does not depend on its company, to the last bit."""
+    grid = spoofed(benign(), 100, 1.5)
+    batch, detector = case.run(grid), case.build(PROFILES)
+    state = detector.new_state(len(grid.length))
+    for t in range(len(grid.valid)):
+        seen = observe(grid, t)
+        for i in range(len(seen.rows)):
+            one = ask(detector, state, take(seen, [i]), np.asarray([case.threshold]))
+            equal = one.bytes() == batch.at((t, slice(i, i + 1))).bytes()
+            require(equal, "a row is the same in whatever company it is computed")
+
+
+def a_large_batch_equals_small_ones(case: DetectorCase) -> None:
+    """Hold the same for more rows than a block has."""
+    grid = spoofed(benign(600, 30, seed=12), 20, 1.5)
+    batch, detector = case.run(grid), case.build(PROFILES)
+    state = detector.new_state(600)
+    for t in range(30):
+        for chosen in np.array_split(np.arange(600), 37):
+            got = ask(detector, state, take(observe(grid, t), chosen), np.full(len(chosen), case.threshold))
+            require(got.bytes() == batch.at((t, chosen)).bytes(), "a large batch equals small ones")
+
+
+def the_order_of_rows_does_not_matter(case: DetectorCase) -> None:
+    """Hold that state and answer go by `rows`."""
+    grid, rng = benign(), np.random.default_rng(5)
+    batch, detector = case.run(grid), case.build(PROFILES)
+    state = detector.new_state(len(grid.length))
+    for t in range(len(grid.valid)):
+        order = rng.permutation(len(grid.length))
+        got = ask(detector, state, take(observe(grid, t), order), np.full(len(order), case.threshold))
+        require(got.bytes() == batch.at((t, order)).bytes(), "the order of the rows does not matter")
+
+
+def mixed_profiles_answer_as_each_alone(case: DetectorCase) -> None:
+    """Hold that a vehicle is judged by what was learned on its own profile."""
+    grid = benign()
+    mixed = case.run(grid)
+    for p, profile in enumerate(PROFILES):
+        alone = case.build([profile])
+        state = alone.new_state(len(grid.length))
+        for t in range(len(grid.valid)):
+            seen = take(observe(grid, t), np.arange(p, len(grid.length), 2))
+            seen = seen._replace(profile=np.zeros_like(seen.profile))
+            got = ask(alone, state, seen, np.full(len(seen.rows), case.threshold))
+            require(got.bytes() == mixed.at((t, slice(p, None, 2))).bytes(), "profiles answer as each alone")
+
+
+def rows_that_are_reset_begin_anew(case: DetectorCase) -> None:
+    """Hold that nothing is left of a vehicle that is gone."""
+    grid = benign()
+    state = case.build(PROFILES).new_state(len(grid.length))
+    case.run(spoofed(grid, 50, 2.0), state=state)
+    state.reset(np.arange(len(grid.length), dtype=np.int32))
+    require(case.run(grid, state=state).bytes() == case.run(grid).bytes(), "a row that is reset begins anew")
+
+
+def a_row_that_is_copied_goes_on_like_the_original(case: DetectorCase) -> None:
+    """Hold that all state is in the arrays: a track is forked by copying them."""
+    grid = benign()
+    detector = case.build(PROFILES)
+    state = detector.new_state(len(grid.length))
+    case.run(spoofed(grid, 50, 2.0), steps=120, state=state)
+    state.copy(np.asarray([3], np.int32), np.asarray([5], np.int32))
+    seen, threshold = take(observe(grid, 120), [3]), np.asarray([case.threshold])
+    original = ask(detector, state, seen, threshold)
+    fork = ask(detector, state, seen._replace(rows=np.asarray([5], np.int32)), threshold)
+    require(original.bytes() == fork.bytes(), "a copied row goes on like the original; all state is in its arrays")
+
+
+def no_score_depends_on_later_data(case: DetectorCase) -> None:
+    """Hold causality."""
+    changed = case.run(spoofed(benign(), 130, 3.0))
+    part = slice(130)
+    require(case.run(benign()).at(part).bytes() == changed.at(part).bytes(), "no score depends on later data")
+
+
+def only_observed_rows_change(case: DetectorCase) -> None:
+    """Hold that the state of others is left alone."""
+    grid = benign()
+    detector = case.build(PROFILES)
+    state = detector.new_state(len(grid.length))
+    case.run(grid, steps=40, state=state)
+    before = _bytes_of(state)
+    ask(detector, state, take(observe(grid, 40), [0]), np.asarray([case.threshold]))
+    require(_bytes_of(state) == before, "only the state of observed rows changes")
+
+
+def an_absurd_residual_stays_finite(case: DetectorCase) -> None:
+    """Hold that a residual of 1,000 km, either way, is scored with a number."""
+    for offset_m in (1e6, -1e6):
+        require(np.isfinite(case.run(spoofed(clean(2, 40), 20, offset_m)).statistic).all(), "a statistic is finite")
+
+
+def a_bias_of_ten_scales_alarms_on_every_vehicle(case: DetectorCase) -> None:
+    """Hold that what is obvious is seen within a second, on either side."""
+    for side in (-1.0, 1.0):
+        grid = spoofed(Grid.of([make_log(30, 200, seed=4, gaps=False)]), 150, side * 10.0 * SCALE_M)
+        statistic, _, alarm = case.run(grid)
+        seen = alarm[150:160].any(axis=0).all() and statistic[150:160].max(axis=0).min() > case.threshold
+        require(seen, "a bias of ten scales, either way, raises an alarm within a second")
+
+
+def a_larger_bias_is_more_anomalous(case: DetectorCase) -> None:
+    """Hold that a statistic grows with the bias, on either side, beyond what may be taken for normal."""
+    for side in (-1.0, 1.0):
+        grids = [spoofed(clean(1, 60), 40, side * bias * SCALE_M) for bias in (0.0, 2.0 * case.slack, 5.0)]
+        peaks = [replace(case, threshold=np.inf).run(grid).statistic[40:46].max() for grid in grids]
+        require(peaks[0] < peaks[1] < peaks[2], "a larger bias is more anomalous, on either side")
+
+
+def an_alarm_ends_soon_after_the_attack(case: DetectorCase) -> None:
+    """Hold that an alarm lasts as long as the bias, and no more than a second longer."""
+    for side in (-1.0, 1.0):
+        grid = clean(1, 400)
+        grid.residual_m[100:300] = side * 8.0 * SCALE_M
+        alarm = case.run(grid).alarm
+        require(alarm[110:300].all(), "an alarm lasts while there is a bias of eight scales")
+        require(not alarm[310:].any(), "an alarm ends within a second after the bias")
+
+
+def an_alarm_is_held_in_a_gap_and_then_ends(case: DetectorCase) -> None:
+    """Hold `HOLD_S`, and that no alarm begins without a residual."""
+    hold = round(HOLD_S / STEP_S)
+    _, scored, alarm = case.run(with_gap(150))
+    require(not scored[100:250].any(), "nothing is scored in a gap")
+    require(alarm[99 : 100 + hold].all(), "an alarm is held in a gap for HOLD_S; see gpsec.detection.alarm")
+    require(not alarm[100 + hold : 250].any(), "an alarm ends after HOLD_S without a score")
+    require(not case.run(with_gap(150, bias=0.0)).alarm.any(), "no alarm begins in a gap")
+
+
+def a_long_gap_forgets_and_a_short_one_does_not(case: DetectorCase) -> None:
+    """Hold `GAP_S`: behind it, a window begins anew."""
+    gap = round(HOLD_S / STEP_S) + 5
+    grid = with_gap(gap, after=1.0)
+    columns = ("residual_m", "valid", "speed_mps", "curvature_per_m", "camera_sigma_m")
+    rest: dict[str, Any] = {key: getattr(grid, key)[100 + gap :] for key in columns}
+    anew = case.run(replace(grid, length=grid.length - 100 - gap, **rest))
+    after = case.run(grid).at(slice(100 + gap, None))
+    require(after.bytes()[:2] == anew.bytes()[:2], "after a gap of more than GAP_S, a window begins anew")
+    short = round(GAP_S / STEP_S) - 1
+    require(case.run(with_gap(short)).scored[100 + short], "a gap of less than GAP_S does not empty a window")
+
+
+def _bytes_of(state: Rows) -> list[bytes]:
+    """Return the state of all rows but the first."""
+    return [np.ascontiguousarray(array[1:]).tobytes() for _, array in state._arrays()]
+
+
+DETECTOR_CHECKS: tuple[Callable[[DetectorCase], None], ...] = (
+    answers_have_shapes_types_and_masks,
+    an_alarm_is_a_statistic_over_the_threshold,
+    the_same_input_gives_the_same_bytes_for_any_threads,
+    the_batch_equals_a_loop_of_singles,
+    a_large_batch_equals_small_ones,
+    the_order_of_rows_does_not_matter,
+    mixed_profiles_answer_as_each_alone,
+    rows_that_are_reset_begin_anew,
+    a_row_that_is_copied_goes_on_like_the_original,
+    no_score_depends_on_later_data,
+    only_observed_rows_change,
+    an_absurd_residual_stays_finite,
+    a_bias_of_ten_scales_alarms_on_every_vehicle,
+    a_larger_bias_is_more_anomalous,
+    an_alarm_ends_soon_after_the_attack,
+    an_alarm_is_held_in_a_gap_and_then_ends,
+    a_long_gap_forgets_and_a_short_one_does_not,
+)
