@@ -2,6 +2,7 @@ from dataclasses import replace
 from math import exp, sqrt
 
 import numpy as np
+import pytest
 from filterpy.kalman import KalmanFilter
 
 from gpsec.detection import whitening
@@ -57,6 +58,18 @@ def test_innovation_is_that_of_a_kalman_filter():
         up, down = max(0.0, up + e), max(0.0, down - e)
         expected.append(max(up, down))
     assert np.allclose(drive(detector, values, threshold=1e9)[0], expected, rtol=0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize(("threshold", "expected"), [(100.0, 0.5), (4.0, 6.0)])
+def test_after_a_gap_the_sums_begin_anew_unless_an_alarm_goes_on(threshold, expected):
+    """A sample of 1 less the slack of 0.5, on nothing; or on the cap of 4 + 3·0.5, at which the alarm stood."""
+    detector = plain()
+    state = detector.new_state(1)
+    for z in (4.0, 4.0):
+        ask(detector, state, observe(0.5 * z), np.asarray([threshold]))
+    for _ in range(11):  # over a second, but no longer than an alarm is held
+        ask(detector, state, observe(0.0, valid=False), np.asarray([threshold]))
+    assert ask(detector, state, observe(0.5), np.asarray([threshold])).statistic[0] == pytest.approx(expected)
 
 
 def test_estimate_of_the_slow_part_is_bounded():

@@ -60,6 +60,21 @@ def test_along_the_lane_it_is_the_distance_beyond_a_metre(straight, response, me
     assert rig.isolated(response) is not taken
 
 
+@pytest.mark.parametrize("response", ["ukf", "ukf5"])
+def test_what_was_found_along_the_lane_is_left_to_gnss(straight, response):
+    """The variance along the way grows by the square of the distance, and by what the odometer has made of the way."""
+    rig = isolated_for(straight, 50.0, response)
+    f = rig.figures
+    own = variance_along(rig, response == "ukf5") - f.gnss_white_m**2 - f.gnss_bias_m**2
+    across = rig.filters.covariance[0, 0, 1, 1]
+    rig.step(bias_m=(1.2 + rig.error_m(response)[0, 0], 0.0), residual_m=0.0, camera=True)
+    assert not rig.isolated(response)
+    P = rig.filters.covariance[0, 0]
+    assert P[0, 0] == pytest.approx(own + 1.2**2, rel=1e-3)
+    assert P[1, 1] < across + 0.01
+    assert P[3, 3] == P[4, 4] == pytest.approx(f.gnss_bias_m**2)
+
+
 def test_along_is_the_way_of_the_vehicle(straight):
     """A fix that lies across an estimate that heads north-east is no distance along it."""
     rig = isolated_for(straight, 20.0, "ukf")

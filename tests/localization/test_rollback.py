@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from gpsec.localization import lane_ukf
 from gpsec.localization.past import SNAPSHOTS, Recall
 from gpsec.localization.switch import SwitchSettings
 
@@ -81,6 +82,53 @@ def test_stored_camera_corrects_on_the_way(straight):
         rig.step(bias_m=(0.0, 0.4), camera=step > 10)
     rig.step(bias_m=(0.0, 0.4), alarm=True, camera=False)
     assert abs(rig.error_m("rollback")[0, 1]) < 0.1
+
+
+def test_it_comes_again_along_the_way_that_was_driven(straight):
+    """30 cm left of the lane's centre and ever faster: each stored step counts at its own time, on its own side."""
+    rig = Rig(straight, responses=BACK)
+    rig.vehicles.rear_m[:, 1] = 0.3
+    rig.seen.lane_poly[:, 0] = -0.3
+    for step in range(116):  # by no round number of steps: one too early would then be one too late
+        rig.speed_mps = 5.0 + 0.2 * step
+        rig.seen.speed_mps[:] = rig.speed_mps
+        rig.step(bias_m=(50.0, 0.0) if step == 115 else (0.0, 0.0), alarm=step == 115)
+    for response in BACK:
+        assert abs(rig.error_m(response)).max() < 1e-3
+
+
+def test_a_yaw_that_the_heading_sensor_contradicts_is_not_brought_back(straight):
+    """The filter that is restored began with a heading that was 0.2 rad off, twenty times its standard deviation."""
+    rig = Rig(straight, responses=BACK)
+    rig.seen.heading_rad[:] = 0.2
+    rig.step(camera=False)
+    rig.seen.heading_rad[:] = 0.0
+    for step in range(10):
+        rig.step(camera=False, alarm=step == 9)
+    for response in BACK:
+        assert rig.filters.mean[0, rig.column(response), 2] == pytest.approx(0.0, abs=1e-3)
+
+
+@pytest.mark.parametrize("response", BACK)
+def test_the_camera_of_the_alarms_own_step_corrects_once(straight, response):
+    """With it, the filter is what it is without it after one correction across a straight lane, a linear one."""
+    without, seen = (Rig(straight, responses=(response,)) for _ in range(2))
+    for rig in (without, seen):
+        for _ in range(40):
+            rig.step()
+    without.step(alarm=True, camera=False)
+    seen.step(alarm=True, camera=True)
+    before, after = (rig.filters.covariance[0, 0] for rig in (without, seen))
+    states = [1, 2, 3, 5, 6] if response == "ukf5_rollback" else [1]
+    P = before[np.ix_(states, states)]
+    if response == "ukf5_rollback":
+        # Offset: y and the camera's slow error; slope of the lane: less yaw.
+        H = np.array([[1.0, 0.0, 1.0, 0.0, 0.0], [0.0, -1.0, 0.0, 0.0, 0.0]])
+        R = np.diag(np.square(lane_ukf.camera_noise(without.world.table, 0, 0.08)))
+    else:
+        H, R = np.ones((1, 1)), np.array([[0.08**2]])
+    expected = P - P @ H.T @ np.linalg.inv(H @ P @ H.T + R) @ H @ P
+    np.testing.assert_allclose(after[np.ix_(states, states)], expected, rtol=2e-3, atol=1e-9)
 
 
 @pytest.mark.parametrize(("rollback_s", "step_s"), [(6.0, 0.1), (6.0, 0.04), (0.0, 0.1), (0.25, 0.1), (60.0, 0.2)])
