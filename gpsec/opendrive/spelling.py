@@ -26,6 +26,7 @@ def spell_out(root: Element) -> list[str]:
         counted("lane sections of one side (singleSide), which netconvert takes for both, completed", single),
         counted("lanes with borders, which netconvert does not read, given their widths", widths.from_border),
         named("lanes with neither width nor border, left out", widths.missing),
+        named("lanes whose width is below zero, where they have none now", widths.negative),
         named("lanes whose width begins behind their lane section, with none before", widths.late),
         named("lanes driven in both directions, in the net in that of their side", both),
     ]
