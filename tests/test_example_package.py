@@ -1,0 +1,115 @@
+"""A package of somebody else adds one part of each kind, is built and installed, and runs."""
+
+import json
+import os
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from gpsec.testing import check_attack, check_detector
+
+NAMES = {"attacks": "sway", "detectors": "energy", "responses": "coast", "profiles": "taxi"}
+SCENARIO = """
+sumocfg = "{config}"
+duration_s = 40.0
+[fleet]
+profile = "taxi"
+settle_s = 2.0
+[detection]
+detectors = ["energy"]
+[[defences]]
+detector = "energy"
+response = "coast"
+[[plans]]
+attack = "sway"
+amplitude_m = 4.0
+share = 1.0
+"""
+
+
+@pytest.fixture(scope="module")
+def site(repository: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder that the package is installed in."""
+    built = tmp_path_factory.mktemp("built")
+    build = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(built)]
+    subprocess.run(build, cwd=repository / "tests" / "example_package", check=True, capture_output=True)
+    installed = tmp_path_factory.mktemp("site")
+    with zipfile.ZipFile(next(built.glob("*.whl"))) as wheel:
+        wheel.extractall(installed)
+    return installed
+
+
+@pytest.fixture(scope="module")
+def gpsec(site: Path, repository: Path):
+    paths = os.pathsep.join([str(site), str(repository)])
+
+    def run(*arguments: str) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-m", "gpsec", *arguments]
+        environment = {**os.environ, "PYTHONPATH": paths}
+        return subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+
+    return run
+
+
+def test_its_parts_are_listed_and_help_who_mistypes(gpsec):
+    for kind, name in NAMES.items():
+        assert f"\n{name} " in gpsec("list", kind).stdout
+    said = gpsec("check", "slow_curve", "--set", 'plans=[{attack="swya"}]')
+    assert said.returncode == 2
+    assert "did you mean 'sway'" in said.stderr
+
+
+def test_all_of_them_run_together(gpsec, repository, tmp_path):
+    (tmp_path / "s").mkdir()
+    config = repository / "scenarios" / "slow_curve" / "slow_curve.sumocfg"
+    (tmp_path / "s" / "gpsec.toml").write_text(SCENARIO.format(config=config))
+    out = tmp_path / "run"
+    ran = gpsec("run", str(tmp_path / "s"), "--out", str(out))
+    assert ran.returncode == 0, ran.stderr
+    rows = (out / "detection.csv").read_text().splitlines()
+    assert any(",taxi,sway,energy," in row for row in rows)
+    assert "energy+coast" in (out / "safety.csv").read_text()
+    assert "energy+coast" in (out / "report.html").read_text()
+    stated = json.loads((out / "manifest.json").read_text())["scenarios"][0]
+    assert stated["configuration"]["parts"] == []
+    again = gpsec("run", str(tmp_path / "s"), "--out", str(out), "--resume")
+    assert again.returncode == 0
+    assert "running" not in again.stderr
+
+
+FINGERPRINT = """
+from gpsec.pipeline.fingerprint import fingerprint
+from gpsec.scenario import load_scenario
+from gpsec.scenario.overrides import parse_set
+
+print(fingerprint(load_scenario("slow_curve", [parse_set('plans=[{attack="sway"}]')])))
+"""
+
+
+def test_an_edit_of_the_package_is_another_run(site, repository):
+    def told() -> str:
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(site), str(repository)])}
+        command = [sys.executable, "-c", FINGERPRINT]
+        return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
+
+    before = told()
+    file = site / "gpsec_example" / "sway.py"
+    text = file.read_text()
+    file.write_text(text + "\n# edited\n")
+    try:
+        assert told() != before
+    finally:
+        file.write_text(text)
+    assert told() == before
+
+
+def test_its_parts_keep_the_contracts(site, monkeypatch):
+    monkeypatch.syspath_prepend(str(site))
+    from gpsec_example.energy import Energy
+    from gpsec_example.sway import Sway
+
+    check_attack(Sway, period_s=2.0)
+    check_detector(lambda profiles: Energy(), threshold=Energy.fixed_threshold)
