@@ -41,7 +41,7 @@ paper-tables: $(READY) ## re-create the paper's tables in results/paper; goes on
 	$(BIN)/gpsec paper
 
 train: $(READY) ## train and calibrate the detectors into gpsec/models
-	$(BIN)/gpsec train
+	$(BIN)/gpsec train --out gpsec/models
 
 nets: $(READY) ## rebuild the road networks in sumo_nets
 	$(BIN)/python -m sumo_nets.build

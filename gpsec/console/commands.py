@@ -63,6 +63,18 @@ def _usage(error: typer.TyperException) -> str:
     return f"{said[:1].lower()}{said[1:]}{hint}"
 
 
+def _load_parts(references: list[str] | None) -> tuple[str, ...]:
+    """Load the parts that the command line names; return their references with whole paths."""
+    if not references:
+        return ()
+    from gpsec.scenario.outside import load_parts
+
+    try:
+        return load_parts(references, Path(), allow_code=True)
+    except ValueError as error:
+        raise GpsecError(f"--part: {error}") from None
+
+
 def _version(wanted: bool) -> None:
     if wanted:
         from importlib.metadata import PackageNotFoundError, version
@@ -382,13 +394,7 @@ def list_(
       gpsec list attacks
       gpsec list scenarios --dir scenarios
     """  # noqa: D301
-    if part:
-        from gpsec.scenario.outside import load_parts
-
-        try:
-            load_parts(part, Path(), allow_code=True)
-        except ValueError as error:
-            raise GpsecError(f"--part: {error}") from None
+    _load_parts(part)
     for line in lines(kind, folder):
         say(line)
 
@@ -458,28 +464,36 @@ def schema() -> None:
 @app.command()
 def train(
     seed: Annotated[int, typer.Option(metavar="N", help="Of traffic, noise and training.")] = 1,
-    out: Annotated[
-        Path | None, typer.Option("--out", metavar="DIR", help="Where models go. [default: inside the package]")
-    ] = None,
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where models go.")] = Path("models"),
     jobs: Annotated[int | None, typer.Option(min=1, metavar="N", help="Processes. [default: the cores]")] = None,
     networks: Annotated[
-        str | None, typer.Option(metavar="A,B", help="Only these training networks; needs --out. [default: all]")
+        str | None, typer.Option(metavar="A,B", help="Only these training networks. [default: all]")
     ] = None,
+    detectors: Annotated[
+        list[str] | None,
+        typer.Option("--detector", metavar="X", help="Only this detector, and what shares its arrays; repeatable."),
+    ] = None,
+    profiles: Annotated[
+        list[str] | None, typer.Option("--profile", metavar="P", help="Only this sensor profile; repeatable.")
+    ] = None,
+    part: _Part = None,
 ) -> None:
     """Train the learned detectors on benign runs and calibrate every threshold.
 
     \b
     Examples:
-      gpsec train
       gpsec train --seed 2 --out /tmp/models
+      gpsec train --detector cusum --profile dsd
+      gpsec train --part mine.py:OcSvm --detector oc_svm --profile carla
       gpsec train --networks mountain,suburb --out /tmp/models
-      gpsec run scenarios/town --set detection.models=/tmp/models
+      gpsec run scenarios/town --set detection.models=models
     """  # noqa: D301
     from gpsec.training import main as train_models
-    from gpsec.training.command import NETWORKS
+    from gpsec.training.command import NETWORKS, Wanted
 
     chosen = NETWORKS if networks is None else [name.strip() for name in networks.split(",")]
-    train_models(seed=seed, out=out, jobs=jobs, networks=chosen)
+    wanted = Wanted(chosen, profiles or (), detectors or (), _load_parts(part))
+    train_models(seed=seed, out=out, jobs=jobs, wanted=wanted)
 
 
 @app.command()

@@ -25,7 +25,7 @@ from gpsec.npz import DamagedError, read_npz
 MATCHINGS = ("tracked", "nearest")
 FORMAT = 2
 _THRESHOLDS, _PROVENANCE = "thresholds.json", "provenance.json"
-_RETRAIN = "run 'gpsec train' to make it"
+_RETRAIN = "run 'gpsec train' to make it, and name its folder as detection.models"
 
 # rate -> detector -> threshold, None where there was too little data
 Thresholds = Mapping[str, Mapping[str, Calibrated | None]]

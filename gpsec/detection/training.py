@@ -58,8 +58,11 @@ def train_one(
     settle_s: float = SETTLE_S,
     progress: Progress = silent,
     threads: Threads | None = None,
+    detectors: Sequence[str] = DETECTORS.own,
 ) -> ProfileModel:
     """Train on the one, calibrate on the other set of logs, both of one profile and matching.
+
+    `detectors` are those that are trained and calibrated, each behind the one whose arrays it is built of.
 
     Raises:
         GpsecError: there are too few vehicles, or the logs do not belong together.
@@ -67,7 +70,8 @@ def train_one(
     learned: dict[str, Learned] = {}
     thresholds: dict[str, dict[str, Calibrated | None]] = {rate: {} for rate in RATES}
     settings: dict[str, Any] = {}
-    for name, entry in DETECTORS.items():
+    for name in detectors:
+        entry = DETECTORS[name]
         arrays: list[Learned] = []
         if entry.learn is not None:
             learned[name] = entry.learn(training, seed, progress)
@@ -89,6 +93,32 @@ def train_one(
         "versions": {package: version(package) for package in _PACKAGES},
     }
     return ProfileModel(learned, thresholds, provenance)
+
+
+def related(names: Sequence[str]) -> tuple[str, ...]:
+    """Return detectors with all that share arrays with them, in the order in which they are trained.
+
+    Raises:
+        GpsecError: there is no detector of such a name.
+    """
+    sources = {DETECTORS[name].learns_from or name for name in names}
+    return tuple(name for name, entry in DETECTORS.items() if (entry.learns_from or name) in sources)
+
+
+def merged(former: ProfileModel | None, latter: ProfileModel) -> ProfileModel:
+    """Return a model with what `latter` has, and what it has not from `former`; provenance says which is which."""
+    if former is None:
+        return latter
+    settings, kept = latter.provenance["detectors"], former.provenance.get("detectors", {})
+    rates = {rate: {**former.thresholds.get(rate, {}), **found} for rate, found in latter.thresholds.items()}
+    provenance = dict(latter.provenance)
+    if others := sorted(set(kept) - set(settings)):
+        provenance |= {"detectors": {**kept, **settings}, "kept": {"detectors": others, "from": _origin(former)}}
+    return ProfileModel({**former.learned, **latter.learned}, rates, provenance)
+
+
+def _origin(model: ProfileModel) -> dict[str, Any]:
+    return {key: value for key, value in model.provenance.items() if key not in ("detectors", "kept")}
 
 
 def _grouped(logs: Sequence[ResidualLog]) -> Mapping[tuple[str, str], list[ResidualLog]]:

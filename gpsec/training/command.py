@@ -5,7 +5,7 @@ import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing import active_children, get_context
 from pathlib import Path
 from queue import Empty
@@ -17,9 +17,11 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedCo
 
 from gpsec import shipped
 from gpsec.detection.logs import ResidualLog
-from gpsec.detection.models import MATCHINGS, ProfileModel, save
-from gpsec.detection.training import SETTLE_S, train_one
-from gpsec.errors import GpsecError, nearest
+from gpsec.detection.models import MATCHINGS, ProfileModel, bundled, load, save
+from gpsec.detection.registry import DETECTORS
+from gpsec.detection.training import SETTLE_S, merged, related, train_one
+from gpsec.errors import GpsecError, nearest, shown
+from gpsec.parts import use
 from gpsec.sensors.registry import PROFILES
 from gpsec.threads import cores
 from gpsec.traffic.options import resolve_options
@@ -29,7 +31,6 @@ from gpsec.training.collect import record_traffic, recorded_traffic, residual_lo
 NETWORKS = ("mountain", "suburb", "beltway")
 # Runs of each network that thresholds are calibrated on: with all networks, enough for 0.1 false alarms an hour.
 CALIBRATION_RUNS = 3
-MODELS = Path(__file__).resolve().parents[1] / "models"
 
 _told: Any = None
 
@@ -44,6 +45,8 @@ class Job:
         folder: where the recordings lie, as ``<network>-<seed>.npz``.
         nets: net file of each network.
         training_seed, calibration_seeds: of the traffic.
+        detectors: those that are trained and calibrated.
+        parts: from outside gpsec.
     """
 
     profile: str
@@ -53,6 +56,8 @@ class Job:
     nets: dict[str, Path]
     training_seed: int
     calibration_seeds: tuple[int, ...]
+    detectors: tuple[str, ...] = DETECTORS.own
+    parts: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
@@ -60,22 +65,49 @@ class Job:
         return f"{self.profile}/{self.matching}"
 
 
-def main(seed: int = 1, out: Path | None = None, jobs: int | None = None, networks: Sequence[str] = NETWORKS) -> None:
-    """Train every profile and matching on the training networks and write the models to `out`.
+@dataclass(frozen=True)
+class Wanted:
+    """What is trained.
+
+    Attributes:
+        networks: of `NETWORKS`.
+        profiles: sensor profiles; none stands for all of gpsec's own.
+        detectors: with those that share arrays with them; none stands for all of gpsec's own.
+        parts: from outside gpsec, by their references with whole paths, loaded already.
+    """
+
+    networks: Sequence[str] = NETWORKS
+    profiles: Sequence[str] = ()
+    detectors: Sequence[str] = ()
+    parts: tuple[str, ...] = ()
+
+    def resolved(self) -> tuple[list[str], tuple[str, ...], tuple[str, ...]]:
+        """Return networks, profiles and detectors, in the order in which they are trained.
+
+        Raises:
+            GpsecError: there is none of such a name.
+        """
+        for network in self.networks:
+            if network not in NETWORKS:
+                raise GpsecError(f"--networks: no training network '{shown(network)}': {nearest(network, NETWORKS)}")
+        networks = [network for network in NETWORKS if network in self.networks]
+        profiles = tuple(PROFILES[name].name for name in self.profiles) or PROFILES.own
+        return networks, profiles, related(self.detectors) if self.detectors else DETECTORS.own
+
+
+def main(seed: int = 1, out: Path = Path("models"), jobs: int | None = None, wanted: Wanted | None = None) -> None:
+    """Train on the training networks and write the models to `out`, each as soon as it is done.
 
     Detectors learn on the traffic of one seed and are calibrated on that of the `CALIBRATION_RUNS` after it. The files
-    depend on the seed and the networks, and not on the number of processes.
+    depend on the seed and on what is wanted, and not on the number of processes. What is not trained is taken from the
+    models that `out` holds, else, where all networks are trained on, from those that gpsec comes with.
 
     Raises:
-        GpsecError: there is no such training network, its scenario is not below the current folder, or the models of
-            some networks only were to replace those that gpsec comes with.
+        GpsecError: there is no such network, profile or detector, or `out` holds something else than models.
     """
-    for network in networks:
-        if network not in NETWORKS:
-            raise GpsecError(f"--networks: no training network '{network}': {nearest(network, NETWORKS)}")
-    if set(networks) != set(NETWORKS) and out is None:
-        raise GpsecError("--networks: models of some networks only need a folder of their own: say --out DIR")
-    networks = [network for network in NETWORKS if network in networks]
+    wanted = wanted or Wanted()
+    networks, profiles, detectors = wanted.resolved()
+    models = _former(out, whole=len(networks) == len(NETWORKS))
     console = Console()
     began = perf_counter()
     configs = {network: shipped.scenarios() / network / f"{network}.sumocfg" for network in networks}
@@ -94,15 +126,31 @@ def main(seed: int = 1, out: Path | None = None, jobs: int | None = None, networ
                 for traffic_seed in seeds
             ],
         )
-        work = [Job(p, m, seed, folder, nets, seeds[0], tuple(seeds[1:])) for p in PROFILES for m in MATCHINGS]
-        found = display.run("models", processes, [(job.name, train_job, (job,)) for job in work])
-        models = {(job.profile, job.matching): model for job, model in zip(work, found, strict=True)}
-    save(models, out or MODELS)
-    console.print(f"{len(models)} models in {out or MODELS} after {perf_counter() - began:.0f} s")
+        lasting = (detectors, wanted.parts)
+        work = [
+            Job(profile, matching, seed, folder, nets, seeds[0], tuple(seeds[1:]), *lasting)
+            for profile in profiles
+            for matching in MATCHINGS
+        ]
+
+        def keep(place: int, model: ProfileModel) -> None:
+            key = work[place].profile, work[place].matching
+            models[key] = merged(models.get(key), model)
+            save(models, out)
+
+        display.run("models", processes, [(job.name, train_job, (job,)) for job in work], keep)
+    console.print(f"{len(work)} models in {out} after {perf_counter() - began:.0f} s", highlight=False)
+
+
+def _former(out: Path, *, whole: bool) -> dict[tuple[str, str], ProfileModel]:
+    """Return the models that what is not trained is taken from, with their arrays read."""
+    found = load(out) if out.is_dir() and any(out.iterdir()) else bundled() if whole else {}
+    return {key: replace(model, learned=dict(model.learned)) for key, model in found.items()}
 
 
 def train_job(job: Job) -> ProfileModel:
     """Sense the recorded traffic with one profile and matching, train and calibrate."""
+    use(job.parts)
     profile = PROFILES[job.profile]
 
     def logs(*seeds: int) -> list[ResidualLog]:
@@ -117,7 +165,8 @@ def train_job(job: Job) -> ProfileModel:
     def progress(stage: str, done: int, total: int) -> None:
         _tell(job.name, stage, done, total)
 
-    return train_one(logs(job.training_seed), logs(*job.calibration_seeds), job.seed, SETTLE_S, progress)
+    training, calibration = logs(job.training_seed), logs(*job.calibration_seeds)
+    return train_one(training, calibration, job.seed, SETTLE_S, progress, detectors=job.detectors)
 
 
 def _tell(name: str, stage: str, done: int, total: int) -> None:
@@ -146,8 +195,17 @@ class _Display:
         self._tasks: dict[str, TaskID] = {}
         self._said: dict[str, str] = {}
 
-    def run(self, title: str, processes: int, work: list[tuple[str, Callable[..., Any], tuple[Any, ...]]]) -> list[Any]:
-        """Return the results of the calls in `work`, in order; each runs in a fresh process (libsumo needs it)."""
+    def run(
+        self,
+        title: str,
+        processes: int,
+        work: list[tuple[str, Callable[..., Any], tuple[Any, ...]]],
+        keep: Callable[[int, Any], None] = lambda place, result: None,
+    ) -> list[Any]:
+        """Return the results of the calls in `work`, in order; each runs in a fresh process (libsumo needs it).
+
+        `keep` is told each result with its place in `work`, as soon as it is there.
+        """
         context = get_context("spawn")
         queue = context.Queue()
         self._show(title, "", 0, len(work))
@@ -155,16 +213,16 @@ class _Display:
             processes, mp_context=context, initializer=_listen, initargs=(queue, self._folder), max_tasks_per_child=1
         ) as pool:
             futures: list[Future[Any]] = [pool.submit(call, *arguments) for _, call, arguments in work]
-            finished = 0
+            finished: set[int] = set()
             try:
-                while finished < len(work):
+                while len(finished) < len(work):
                     self._drain(queue, 0.2)
-                    done = [future for future in futures if future.done()]
-                    if len(done) > finished:
-                        self._show(title, f"{len(done)} of {len(work)} done", len(done), len(work))
-                    finished = len(done)
-                    for future in done:
-                        future.result()
+                    new = [place for place, future in enumerate(futures) if future.done() and place not in finished]
+                    for place in new:
+                        keep(place, futures[place].result())
+                        finished.add(place)
+                    if new:
+                        self._show(title, f"{len(finished)} of {len(work)} done", len(finished), len(work))
                 self._drain(queue, 0.0)
             except BaseException:
                 # An interrupt, or a job that failed: the pool would first work through all that is left.

@@ -1,7 +1,11 @@
+import numpy as np
 import pytest
 from rich.console import Console
 
 from gpsec import cli, shipped
+from gpsec.detection.calibration import Calibrated
+from gpsec.detection.models import ProfileModel, load
+from gpsec.detection.training import merged, related
 from gpsec.training import command
 
 
@@ -10,9 +14,71 @@ def test_networks_that_there_are_not_are_named(capsys, tmp_path):
     assert "no training network 'suburbs': did you mean 'suburb'?" in capsys.readouterr().err
 
 
-def test_models_of_some_networks_do_not_replace_those_of_all(capsys):
-    assert cli.main(["train", "--networks", "mountain"]) == 2
-    assert "say --out DIR" in capsys.readouterr().err
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--detector", "cusun"], "unknown detector 'cusun': did you mean 'cusum'?"),
+        (["--profile", "dsdd"], "unknown sensor profile 'dsdd': did you mean 'dsd'?"),
+        (["--part", "nowhere.py:X"], "--part: part "),
+    ],
+)
+def test_what_is_not_there_is_named_before_anything_is_simulated(arguments, words, capsys, tmp_path):
+    assert cli.main(["train", *arguments, "--out", str(tmp_path / "made")]) == 2
+    assert words in capsys.readouterr().err
+    assert not (tmp_path / "made").exists()
+
+
+def test_a_folder_of_something_else_is_not_written_to(capsys, tmp_path):
+    (tmp_path / "notes.txt").write_text("mine")
+    assert cli.main(["train", "--out", str(tmp_path)]) == 2
+    assert "thresholds.json" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
+
+
+def test_detectors_that_share_arrays_are_trained_together():
+    assert related(["cusum"]) == ("cusum",)
+    assert related(["lstm_cusum"]) == related(["lstm"]) == ("lstm", "lstm_cusum")
+    assert related(["lstm", "chi_square"]) == ("chi_square", "lstm", "lstm_cusum")
+
+
+def test_what_is_not_trained_stays_and_is_said_to():
+    former = ProfileModel(
+        {"cusum": {"white": np.zeros(1)}, "lstm": {"weight": np.zeros(2)}},
+        {"1/h": {"cusum": Calibrated(1.0, 0.1), "lstm": Calibrated(2.0, 0.1)}},
+        {"seed": 1, "detectors": {"cusum": {"slack": 1.0}, "lstm": {}}},
+    )
+    latter = ProfileModel(
+        {"cusum": {"white": np.ones(1)}},
+        {"1/h": {"cusum": Calibrated(3.0, 0.2)}},
+        {"seed": 2, "detectors": {"cusum": {"slack": 2.0}}},
+    )
+    both = merged(former, latter)
+    assert both.learned["cusum"]["white"] == 1.0
+    assert both.learned["lstm"] is former.learned["lstm"]
+    assert both.thresholds["1/h"] == {"cusum": Calibrated(3.0, 0.2), "lstm": Calibrated(2.0, 0.1)}
+    assert both.provenance["detectors"] == {"cusum": {"slack": 2.0}, "lstm": {}}
+    assert both.provenance["kept"] == {"detectors": ["lstm"], "from": {"seed": 1}}
+    assert merged(None, latter) is latter
+
+
+def test_each_result_is_kept_as_soon_as_it_is_there(tmp_path):
+    kept = []
+    with command._display(Console(force_terminal=False), str(tmp_path)) as display:
+        display.run("sums", 1, [("three", sum, ((1, 2),)), ("seven", sum, ((3, 4),))], lambda *told: kept.append(told))
+    assert kept == [(0, 3), (1, 7)]
+
+
+@pytest.mark.slow
+def test_one_detector_and_one_profile_are_trained_by_themselves(tmp_path, capsys):
+    chosen = ["--networks", "mountain", "--detector", "cusum", "--profile", "dsd"]
+    assert cli.main(["train", *chosen, "--out", str(tmp_path / "made")]) == 0
+    assert "2 models in" in capsys.readouterr().out
+    made = load(tmp_path / "made")
+    assert set(made) == {("dsd", "tracked"), ("dsd", "nearest")}
+    assert list(made["dsd", "tracked"].learned) == ["cusum"]
+    run = ["run", "slow_curve", "--duration", "20", "--profile", "dsd", "--no-report", "--out", str(tmp_path / "run")]
+    chosen = ["--set", f"detection.models={tmp_path / 'made'}", "--set", 'detection.detectors=["cusum"]']
+    assert cli.main([*run, *chosen, "--set", 'defences=[{detector="cusum", response="ukf"}]']) == 0
 
 
 def test_elsewhere_than_on_a_terminal_progress_is_plain_lines(capsys, tmp_path):
