@@ -6,7 +6,7 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Iterator
-from itertools import count, product
+from itertools import count
 from multiprocessing.connection import wait
 from pathlib import Path
 
@@ -29,7 +29,7 @@ def main() -> int:
         (Path(folder) / "material").mkdir()
         material = make(Path(folder) / "material")
         names = options.only or sorted(readers(material))
-        cases = (Case(name, number) for number, name in product(count(options.first), names))
+        cases = (Case(name, number) for number in count(options.first) for name in names)
         failed = _drive(cases, options.inputs, [Worker(material, Path(folder) / f"{at}") for at in range(options.jobs)])
         for case, sentence in failed.items():
             _keep(case, sentence, material, options.out)

@@ -1,5 +1,7 @@
 """A sample of what `make fuzz` does for hours."""
 
+import subprocess
+import sys
 from contextlib import suppress
 from pathlib import Path
 from random import Random
@@ -123,3 +125,22 @@ def test_any_change_of_a_key_is_taken_or_refused(scenario, pair):
     key, value = pair
     with suppress(GpsecError):
         load_scenario(scenario, [parse_set(f"{key}={value}")])
+
+
+def test_the_command_line_tries_as_many_as_asked_and_keeps_what_fails(tmp_path):
+    command = [
+        sys.executable,
+        "-m",
+        "tests.fuzz",
+        "--only",
+        "set",
+        "--inputs",
+        "3",
+        "--jobs",
+        "1",
+        "--out",
+        str(tmp_path),
+    ]
+    ran = subprocess.run(command, cwd=Path(__file__).parents[2], capture_output=True, text=True, check=False)
+    assert (ran.returncode, ran.stdout.splitlines()[-1].strip()) == (0, "3 inputs, 0 failed")
+    assert not list(tmp_path.iterdir())
