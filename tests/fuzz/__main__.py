@@ -6,7 +6,7 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Iterator
-from itertools import count
+from itertools import count, islice
 from multiprocessing.connection import wait
 from pathlib import Path
 
@@ -30,55 +30,49 @@ def main() -> int:
         material = make(Path(folder) / "material")
         names = options.only or sorted(readers(material))
         cases = (Case(name, number) for number in count(options.first) for name in names)
-        failed = _drive(cases, options.inputs, [Worker(material, Path(folder) / f"{at}") for at in range(options.jobs)])
-        for case, sentence in failed.items():
-            _keep(case, sentence, material, options.out)
+        workers = [Worker(material, Path(folder) / f"{at}") for at in range(options.jobs)]
+        failed: list[Case] = []
+        done = 0
+        for done, (case, sentence) in enumerate(
+            _tried(islice(cases, options.inputs), options.inputs, workers), start=1
+        ):
+            if sentence:
+                failed.append(case)
+                _keep(case, sentence, material, options.out)
     by_reader = Counter(case.reader for case in failed)
-    console.print(f"{options.inputs} inputs, {len(failed)} failed {dict(by_reader) or ''}", highlight=False)
+    console.print(f"{done} inputs, {len(failed)} failed {dict(by_reader) or ''}", highlight=False)
     if failed:
         console.print(f"kept in {options.out}", highlight=False)
     return 1 if failed else 0
 
 
-def _drive(cases: Iterator[Case], inputs: int, workers: list[Worker]) -> dict[Case, str]:
-    """Try so many cases; return what was wrong with those that failed."""
-    failed: dict[Case, str] = {}
-    columns = (
-        TextColumn("fuzz"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeRemainingColumn(),
-        TextColumn("{task.fields[failed]}"),
-    )
+def _tried(cases: Iterator[Case], inputs: int, workers: list[Worker]) -> Iterator[tuple[Case, str]]:
+    """Yield the cases, each with what was wrong with it, until there are no more or the user has had enough."""
     console = Console(stderr=True)
+    columns = (TextColumn("fuzz"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     busy: dict[Worker, Case] = {}
-    sent = done = 0
-    told_s = time.monotonic()
+    done, told_s = 0, time.monotonic()
     try:
         with Progress(*columns, console=console, disable=not console.is_terminal) as bar:
-            task = bar.add_task("", total=inputs, failed="")
+            task = bar.add_task("", total=inputs)
             while done < inputs:
-                for worker in workers:
-                    if worker not in busy and sent < inputs:
-                        busy[worker] = next(cases)
-                        worker.send(busy[worker])
-                        sent += 1
+                for worker in [worker for worker in workers if worker not in busy]:
+                    if (case := next(cases, None)) is not None:
+                        busy[worker] = case
+                        worker.send(case)
                 wait([worker.connection for worker in busy], timeout=1.0)
-                for worker in [worker for worker in busy if worker.connection.poll()]:
-                    case = busy.pop(worker)
-                    if sentence := worker.answer():
-                        failed[case] = sentence
+                for worker in [worker for worker in busy if worker.ready]:
+                    yield busy.pop(worker), worker.answer()
                     done += 1
-                    bar.update(task, completed=done, failed=f"{len(failed)} failed" if failed else "")
+                    bar.update(task, completed=done)
                 if not console.is_terminal and time.monotonic() >= told_s + TOLD_EVERY_S:
                     told_s = time.monotonic()
-                    print(f"fuzz: {done} of {inputs}, {len(failed)} failed", file=sys.stderr, flush=True)
+                    print(f"fuzz: {done} of {inputs}", file=sys.stderr, flush=True)
     except KeyboardInterrupt:
         console.print("interrupted")
     finally:
         for worker in workers:
             worker.close()
-    return failed
 
 
 def _keep(case: Case, sentence: str, material: Material, out: Path) -> None:

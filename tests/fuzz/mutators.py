@@ -158,7 +158,8 @@ def arrays(data: bytes, draw: Random) -> bytes:
     if kind == 0:
         del held[name]
     elif kind == 1:
-        held[name] = held[name].astype(draw.choice((np.float32, np.int8, np.int64, np.str_)), casting="unsafe")
+        wanted = draw.choice((np.float32, np.int8, np.int64, np.str_))
+        held[name] = held[name].astype(wanted if held[name].dtype.kind in "biuf" else np.bytes_, casting="unsafe")
     elif kind == 2:
         held[name] = held[name][: draw.randrange(len(held[name]) + 1)] if held[name].ndim else held[name][None]
     elif kind == 3:

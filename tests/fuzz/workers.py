@@ -2,6 +2,7 @@
 
 import os
 import signal
+import time
 from dataclasses import dataclass
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
@@ -41,11 +42,17 @@ class Worker:
     def send(self, case: Case) -> None:
         """Let it begin with a case."""
         self.connection.send(case)
+        self._since_s = time.monotonic()
+
+    @property
+    def ready(self) -> bool:
+        """Whether there is an answer, also that it has crashed, or has had its time."""
+        return self.connection.poll() or time.monotonic() > self._since_s + PATIENCE_S
 
     def answer(self) -> str:
         """Return what was wrong with the last case, empty where nothing was; wait for it."""
         try:
-            if self.connection.poll(PATIENCE_S):
+            if self.connection.poll(max(0.0, self._since_s + PATIENCE_S - time.monotonic())):
                 found: str = self.connection.recv()
                 return found
             sentence = f"took longer than {PATIENCE_S:g} s"
