@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 # The rule holds for what came after this commit.
-SINCE = "8042ae09bb41105c7bc1901e5589663389fea45c"
+SINCE = "446766b909b25b02f9667ef671ab26a3f5e72ca6"
 VERBS = ("Add", "Fix", "Change", "Remove", "Rename", "Document", "Measure")
 LONGEST = 72
 # git writes these subjects itself.

@@ -13,6 +13,7 @@ from gpsec.attacks.registry import ATTACKS
 from gpsec.errors import GpsecError
 from gpsec.pipeline.fingerprint import fingerprint
 from gpsec.registry import Registry, subclass_named
+from gpsec.results import load
 from gpsec.scenario import Scenario, load_scenario
 from gpsec.scenario.outside import Outside
 from gpsec.scenario.overrides import parse_set
@@ -75,6 +76,22 @@ def test_an_attack_of_a_file_runs_in_its_own_processes_and_is_told_by_its_name(m
     assert name in (tmp_path / "run" / "events.csv").read_text()
     stated = json.loads((tmp_path / "run" / "manifest.json").read_text())["scenarios"][0]
     assert stated["configuration"]["parts"] == [f"{path}:Zigzag"]
+
+
+def test_a_run_with_a_part_is_simulated_again_only_where_its_code_is_allowed(mine, tmp_path, capfd, monkeypatch):
+    path, name = mine
+    arguments = ["slow_curve", "--duration", "25", "--set", PLAN.format(name=name), "--part", f"{path}:Zigzag"]
+    run = tmp_path / "run"
+    assert cli.main(["run", *arguments, "--no-report", "--log-vehicle", "nobody", "--out", str(run)]) == 0
+    assert "no steps of nobody: no such vehicle in this run" in capfd.readouterr().err
+    (run / "steps.parquet").unlink()
+    monkeypatch.setattr(parts, "_used", {})  # as in another process
+    assert cli.main(["report", str(run), "--again"]) == 2
+    assert "--allow-code runs it" in capfd.readouterr().err
+    assert (run / "report.html").is_file()
+    assert cli.main(["report", str(run), "--again", "--allow-code"]) == 0
+    vehicle = load(run).events["vehicle_id"].iloc[0]
+    assert cli.main(["trace", str(run), vehicle, "--part", f"{path}:Zigzag"]) == 0
 
 
 def test_a_listed_part_is_shown_and_helps_who_mistypes(mine, capsys):

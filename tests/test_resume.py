@@ -155,6 +155,8 @@ def test_a_run_whose_tables_are_not_what_was_written_is_run_again(
     printed = capsys.readouterr().out.splitlines()
     state = "changed" if (folder / "events.csv").exists() else "missing"
     assert sorted(printed) == sorted(f"{state if name == 'events' else 'whole':<8} all/{name}.csv" for name in TABLES)
+    assert cli.main(["verify", "nowhere", "all"]) == 2  # the others are looked at all the same
+    assert capsys.readouterr().out.splitlines() == printed
     assert _missing({folder: scenarios}) == {folder: scenarios}
 
 

@@ -36,6 +36,7 @@ _Part = Annotated[
         "--part", metavar="REF", help="Load a part: FILE.py:Name, package.module:Name, or a profile FILE.toml."
     ),
 ]
+_RunsCode = Annotated[bool, typer.Option("--allow-code", help="Run the code that RUN's scenario names as `parts`.")]
 _AllowCode = Annotated[bool, typer.Option("--allow-code", help="Run the code that a scenario names under `parts`.")]
 
 
@@ -221,7 +222,9 @@ def report_(
             help="Also write RUN/*.spreadsheet.csv: the tables, with ' before what Excel would take for a formula.",
         ),
     ] = False,
-) -> None:
+    part: _Part = None,
+    allow_code: _RunsCode = False,
+) -> int:
     """Write the report of a run, or the comparison of two: one HTML file that opens offline.
 
     \b
@@ -232,20 +235,23 @@ def report_(
     """  # noqa: D301
     from gpsec.console.reporting import compare, report
 
+    _load_parts(part)
     if other is None:
-        report(run, out, again=again, geojson=geojson, spreadsheet=spreadsheet)
-    else:
-        compare(run, other, out)
+        return report(run, out, again=again, geojson=geojson, spreadsheet=spreadsheet, allow_code=allow_code)
+    compare(run, other, out)
+    return 0
 
 
 @app.command("verify")
 def verify_(runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Folders of runs.")]) -> int:
     """Say of every table of a run whether it is still what was written; the exit status is 1 where one is not.
 
+    Tables are the CSV files, logs of steps and maps; pages and Parquet copies are made of them, and not among them.
+
     \b
     Examples:
       gpsec verify results/town
-      gpsec verify results/*
+      gpsec verify results/town results/highway
     """  # noqa: D301
     from gpsec.console.verify import verify
 
@@ -263,6 +269,8 @@ def trace(
     out: Annotated[
         Path | None, typer.Option("--out", metavar="FILE", help="The page. [default: RUN/trace-VEHICLE.html]")
     ] = None,
+    part: _Part = None,
+    allow_code: _RunsCode = False,
 ) -> None:
     """Tell the story of one vehicle, on the terminal and as a page; it is simulated again if its steps were not logged.
 
@@ -273,7 +281,8 @@ def trace(
     """  # noqa: D301
     from gpsec.console.reporting import tell
 
-    tell(run, vehicle, scenario, attack, out)
+    _load_parts(part)
+    tell(run, vehicle, scenario, attack, out, allow_code=allow_code)
 
 
 @app.command()

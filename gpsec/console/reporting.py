@@ -16,13 +16,23 @@ from gpsec.report.make import Steps, logged_steps, write_report, write_trace
 from gpsec.report.told import told
 from gpsec.report.traces import rows_of
 from gpsec.results import Results, load, write_spreadsheets
+from gpsec.scenario.outside import load_parts
 from gpsec.system import in_a_sentence
 
 
-def report(folder: Path, out: Path | None, *, again: bool, geojson: bool, spreadsheet: bool = False) -> None:
-    """Write the report of the run in `folder`, and what else is asked for.
+def report(
+    folder: Path,
+    out: Path | None,
+    *,
+    again: bool,
+    geojson: bool,
+    spreadsheet: bool = False,
+    allow_code: bool = False,
+) -> int:
+    """Write the report of the run in `folder`, and what else is asked for; return the exit status.
 
-    SUMO is run on what the manifest names only with `again`: the run may be somebody else's.
+    SUMO is run on what the manifest names only with `again`, and code that it names only with `allow_code`: the run may
+    be somebody else's. Where that fails, the page is written all the same, and the status says it.
 
     Raises:
         GpsecError: it is no run, or nothing can be written there.
@@ -30,12 +40,15 @@ def report(folder: Path, out: Path | None, *, again: bool, geojson: bool, spread
     run = _loaded(folder)
     stories = choose(run)
     steps: Steps = logged_steps(run, stories)
+    status = 0
     if again:
         try:
+            _load_code(run, allow_code)
             steps = _completed(run, steps, [(story.scenario, story.vehicle_id) for story in stories])
         except GpsecError as error:
             # The report is worth having without them, and says what it lacks.
             messages().print(f"gpsec: no traces: {error}", markup=False, highlight=False, soft_wrap=True)
+            status = error.status
     with in_a_sentence(f"{out or folder}: no report can be written there"):
         written = [write_report(run, steps, out)]
         if geojson:
@@ -44,6 +57,7 @@ def report(folder: Path, out: Path | None, *, again: bool, geojson: bool, spread
             written += write_spreadsheets(run)
     for path in written:
         say(path)
+    return status
 
 
 def compare(first: Path, second: Path, out: Path | None) -> None:
@@ -58,7 +72,15 @@ def compare(first: Path, second: Path, out: Path | None) -> None:
     say(page)
 
 
-def tell(folder: Path, vehicle_id: str, scenario: str | None, attack: str | None, out: Path | None) -> None:
+def tell(
+    folder: Path,
+    vehicle_id: str,
+    scenario: str | None,
+    attack: str | None,
+    out: Path | None,
+    *,
+    allow_code: bool = False,
+) -> None:
     """Tell the story of one vehicle on the terminal, and write it as a page.
 
     Raises:
@@ -67,6 +89,7 @@ def tell(folder: Path, vehicle_id: str, scenario: str | None, attack: str | None
     run = _loaded(folder)
     story = story_of(run, vehicle_id, scenario, attack)
     steps: Steps = {story.scenario: run.steps(story.scenario, [vehicle_id])}
+    _load_code(run, allow_code)
     steps = _completed(run, steps, [(story.scenario, vehicle_id)])
     logged = steps[story.scenario]
     if logged is None or rows_of(story, logged).empty:
@@ -78,6 +101,15 @@ def tell(folder: Path, vehicle_id: str, scenario: str | None, attack: str | None
     with in_a_sentence(f"{path}: no page can be written there"):
         page = write_trace(run, story, steps, path)
     say(page)
+
+
+def _load_code(run: Results, allow_code: bool) -> None:
+    """Load the parts from outside gpsec that the manifest names, where the user allows it."""
+    for stated in run.scenarios if allow_code else ():
+        try:
+            load_parts(stated["configuration"].get("parts", []), Path(), allow_code=True)
+        except ValueError as error:
+            raise GpsecError(f"{run.folder}: {error}") from None
 
 
 def _loaded(folder: Path) -> Results:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from gpsec.console.complaint import say
+from gpsec.console.complaint import complain, say
 from gpsec.errors import GpsecError
 from gpsec.outcomes.digests import WHOLE, compared
 from gpsec.outcomes.manifests import read_manifest, stated_digests
@@ -15,17 +15,20 @@ NOT_WHOLE = 1
 def verify(folders: Sequence[Path]) -> int:
     """Print of every table of the runs in `folders` whether it is whole, changed, missing or added.
 
-    Returns 0 where all are whole, otherwise 1.
-
-    Raises:
-        GpsecError: a folder holds no run, or one of a version that kept no digests.
+    Returns 0 where all are whole, 1 where one is not, 2 where a folder holds no run, or one of a version that kept no
+    digests; the others are looked at all the same.
     """
     status = 0
-    for folder, states in [(folder, _states(folder)) for folder in folders]:
+    for folder in folders:
+        try:
+            states = _states(folder)
+        except GpsecError as error:
+            status = max(status, complain(error))
+            continue
         for name, state in states.items():
             say(f"{state:<8} {folder / name}")
             if state != WHOLE:
-                status = NOT_WHOLE
+                status = max(status, NOT_WHOLE)
     return status
 
 

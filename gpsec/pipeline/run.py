@@ -130,6 +130,7 @@ class _Run:
         self.watch = Stopwatch()
         self.counts = Counts()
         self.remarks = Remarks(ground.hd_map)
+        self.logged: set[str] = set()  # vehicles whose steps are in the log, where only some are
         self.notes: list[str] = []
         self.first_s: float | None = None  # when somebody was on the road for the first time
         for note in (*ground.options.notes, *_warnings(ground)):
@@ -258,6 +259,8 @@ class _Run:
                 f" ({self.scenario.fleet.settle_s:g} s) and its window has come, or in its zone",
                 "writing tables",
             )
+        if absent := sorted(set(self.scenario.log_vehicles) - self.logged):
+            self._say(f"no steps of {shown(', '.join(absent))}: no such vehicle in this run", "writing tables")
         for sentence in self.remarks.sentences(self.counts, self.outcomes):
             self._say(sentence, "writing tables")
 
@@ -286,6 +289,7 @@ class _Run:
             chosen = self.scenario.log_vehicles
             if chosen:
                 kept = [place for place, who in enumerate(people) if {who.vehicle_id, who.sumo_id} & set(chosen)]
+                self.logged.update(name for place in kept for name in (people[place].vehicle_id, people[place].sumo_id))
                 view, people = replace(view, rows=view.rows[kept]), [people[place] for place in kept]
             self.log.observe(view, [who.vehicle_id for who in people], convoy.seen)
             self.watch.lap("step log")

@@ -63,9 +63,7 @@ def _scenario(run: Results, name: str, vehicles: Collection[str]) -> Scenario:
         scenario = Scenario.model_validate(stated["configuration"])
     except ValidationError as error:
         said = error.errors()[0]["msg"].removeprefix("Value error, ")
-        raise GpsecError(
-            f"{run.folder}: the configuration of '{shown(name)}' cannot be run by this version: {said}"
-        ) from None
+        raise GpsecError(f"{run.folder}: the configuration of '{shown(name)}' cannot be run here: {said}") from None
     if not is_file(scenario.sumocfg):
         raise GpsecError(
             f"{shown(scenario.sumocfg)}: the traffic of '{shown(name)}' is not there, so that its vehicles cannot be"

@@ -33,9 +33,8 @@ def main() -> int:
         workers = [Worker(material, Path(folder) / f"{at}") for at in range(options.jobs)]
         failed: list[Case] = []
         done = 0
-        for done, (case, sentence) in enumerate(
-            _tried(islice(cases, options.inputs), options.inputs, workers), start=1
-        ):
+        for case, sentence in _tried(islice(cases, options.inputs), options.inputs, workers):
+            done += 1
             if sentence:
                 failed.append(case)
                 _keep(case, sentence, material, options.out)
