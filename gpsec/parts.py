@@ -149,5 +149,7 @@ def _profile(path: Path) -> SensorProfile:
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         key = ".".join(str(part) for part in first["loc"])
+        if first["type"] == "missing":
+            raise GpsecError(f"{path}: {shown(key)} is missing") from None
         said = first["msg"].removeprefix("Value error, ")
         raise GpsecError(f"{path}: {shown(key)}: {shown(said)}, found {shown(repr(first['input']))}") from None

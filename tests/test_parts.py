@@ -147,6 +147,9 @@ def test_a_profile_in_toml_is_no_code(tmp_path):
     broken.write_text("\n".join(text).replace("white_m = 0.008", "white_m = -1.0"))
     with pytest.raises(GpsecError, match=r"broken\.toml: gnss\.white_m: .*greater than or equal to 0"):
         parts.use([str(broken)])
+    broken.write_text("\n".join(text).partition("[gyro]")[0])
+    with pytest.raises(GpsecError, match=r"broken\.toml: gyro is missing"):
+        parts.use([str(broken)])
 
 
 def test_what_cannot_be_loaded_is_said_in_a_sentence(tmp_path):
