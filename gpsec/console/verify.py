@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from gpsec.console.complaint import complain, say
+from gpsec.console.workshop import settle
 from gpsec.errors import GpsecError
 from gpsec.outcomes.digests import WHOLE, compared
 from gpsec.outcomes.manifests import read_manifest, stated_digests
@@ -21,6 +22,7 @@ def verify(folders: Sequence[Path]) -> int:
     status = 0
     for folder in folders:
         try:
+            settle(folder)
             states = _states(folder)
         except GpsecError as error:
             status = max(status, complain(error))
