@@ -13,7 +13,7 @@ from rich.table import Table
 
 from benchmarks.bench import spread
 from benchmarks.figures import Figure, Round
-from gpsec.threads import cores
+from gpsec.core.threads import cores
 
 PACKAGES = ("libsumo", "numba", "numpy")
 

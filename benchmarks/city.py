@@ -10,7 +10,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from gpsec.demand import vehicles
-from gpsec.sumohome import program
+from gpsec.sumo.home import program
 from sumo_nets import author, convert, demand
 from sumo_nets.networks.grid import Cell, Grid, lay
 from sumo_nets.plan import Plan, tmerc

@@ -23,8 +23,8 @@ def main() -> None:
     options = parser.parse_args()
     # Here, and not above: the process of SUMO, which imports this module again, needs none of it.
     from benchmarks.crowd import Crowd
+    from gpsec.core.progress import Progress
     from gpsec.pipeline.run import run_scenario
-    from gpsec.progress import Progress
     from gpsec.scenario import load_scenario
     from gpsec.scenario.overrides import parse_set
     from gpsec.scenario.traffic import sumo_options

@@ -18,7 +18,7 @@ from benchmarks.city import ROOT
 from gpsec.attacks.plans import plan_config
 from gpsec.console.paper import Bar
 from gpsec.paper.pool import Estimate, detection, false_alarms, of_defence, of_detector, read, share
-from gpsec.run import run_scenarios
+from gpsec.running.workers import run_scenarios
 from gpsec.scenario import Scenario, load_scenario
 from gpsec.scenario.sections import Defence
 from gpsec.sensors.registry import PROFILES

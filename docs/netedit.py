@@ -14,7 +14,7 @@ from types import TracebackType
 from typing import Self
 from xml.etree import ElementTree
 
-from gpsec import sumohome
+from gpsec.sumo import home as sumohome
 
 DOCS = Path(__file__).parent
 NEEDED = ("Xvfb", "xdotool", "import", "convert")

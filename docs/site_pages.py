@@ -21,7 +21,7 @@ _PAGE_OF = {source: page for page, source in ELSEWHERE.items()}
 _KINDS = ("attacks", "detectors", "responses", "profiles")
 # What is meant to be called from Python.
 _MODULES = (
-    "gpsec.results",
+    "gpsec.running.results",
     "gpsec.report.make",
     "gpsec.testing",
     "gpsec.attacks.base",

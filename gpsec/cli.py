@@ -8,8 +8,8 @@ from pathlib import Path
 from types import FrameType
 
 from gpsec.console.complaint import complain
-from gpsec.errors import GpsecError, shown
-from gpsec.system import refusal
+from gpsec.core.errors import GpsecError, shown
+from gpsec.core.system import refusal
 
 INTERRUPTED = 130
 

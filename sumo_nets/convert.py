@@ -7,7 +7,7 @@ from pathlib import Path
 
 from gpsec.opendrive.netconvert import OPTIONS
 from gpsec.opendrive.tidy import give_extent, thin_out
-from gpsec.sumotools import run_program
+from gpsec.sumo.tools import run_program
 from sumo_nets.plan import Plan
 
 

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from gpsec import caches
-from gpsec.errors import GpsecError
+from gpsec.core import caches
+from gpsec.core.errors import GpsecError
 from gpsec.hdmap import map as maps
 
 NOBODY = 65534
@@ -272,7 +272,7 @@ def test_maps_are_read_from_a_cache_for_reading(public: Path, plain_net, monkeyp
 
 def test_stale_entries_are_those_that_nothing_here_will_read(root: Path) -> None:
     kept = [
-        caches.kernel_folder("gpsec.noise") / "entry",
+        caches.kernel_folder("gpsec.core.noise") / "entry",
         caches.kernel_folder("tests") / "entry",
         caches.rehearsal_file("a machine"),
         caches.map_folder("a" * 64) / "net.json",
@@ -283,7 +283,7 @@ def test_stale_entries_are_those_that_nothing_here_will_read(root: Path) -> None
         root / "kernels" / "linux-6.1",
     ]
     old = [
-        root / "kernels" / f"gpsec.noise-{'0' * 16}",
+        root / "kernels" / f"gpsec.core.noise-{'0' * 16}",
         root / "kernels" / f"no_such_package-{'0' * 16}",
         root / "kernels" / f"rehearsed-{'0' * 16}-{'1' * 16}",
         root / "kernels" / ("0" * 16),

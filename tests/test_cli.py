@@ -13,8 +13,8 @@ import pytest
 
 from gpsec import cli
 from gpsec.console import launch
-from gpsec.errors import GpsecError
-from gpsec.progress import Progress
+from gpsec.core.errors import GpsecError
+from gpsec.core.progress import Progress
 from gpsec.scenario import Scenario
 
 TABLES = ("detection", "localization", "safety", "events", "vehicles", "curves", "error_bands", "places")

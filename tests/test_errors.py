@@ -11,8 +11,8 @@ from gpsec.console.bars import Bars
 from gpsec.console.complaint import complain, say
 from gpsec.console.status import status
 from gpsec.console.terminal import Terminal
-from gpsec.errors import GpsecError, nearest, printable, retold, shown
-from gpsec.progress import Progress
+from gpsec.core.errors import GpsecError, nearest, printable, retold, shown
+from gpsec.core.progress import Progress
 
 # Sets the colour, goes back in the line, ends the string of a title, turns the direction of reading, no character.
 STEERING = "\x1b[31m", "\r", "\x9c", "\u202e", "\u2066", "\udc80", "\x00", "\u2028"

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gpsec.errors import GpsecError
-from gpsec.geo import DEFAULT_ORIGIN_DEG, Projector, dead_reckon, wrap_angle, yaw_from_sumo_angle
+from gpsec.core.errors import GpsecError
+from gpsec.core.geo import DEFAULT_ORIGIN_DEG, Projector, dead_reckon, wrap_angle, yaw_from_sumo_angle
 
 UTM = "+proj=utm +zone=32 +ellps=WGS84 +datum=WGS84 +units=m +no_defs"
 angles = st.floats(-100.0, 100.0)

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import gpsec
-from gpsec import caches, kernels
+from gpsec.core import caches, kernels
 
 # Prints what the kernel gives, and how often it was found in the cache and not found.
 CALL = """
@@ -23,7 +23,7 @@ stats = fill.dispatcher.stats
 print(json.dumps([out[0], sum(stats.cache_hits.values()), sum(stats.cache_misses.values())]))
 """
 LOOPS = """
-from gpsec.kernels import kernel
+from gpsec.core.kernels import kernel
 from plug.helper import step
 
 @kernel
@@ -32,7 +32,7 @@ def fill(out):
         out[i] = step(2.0)
 """
 PICK = """
-from gpsec.kernels import kernel
+from gpsec.core.kernels import kernel
 
 @kernel
 def pick(pair, out):
@@ -42,7 +42,7 @@ CALL_PICK = CALL.replace("import fill", "import pick as fill\nfrom shapes import
     "fill(out)", "fill(Pair(a=1.0, b=2.0), out)"
 )
 HELPER = """
-from gpsec.kernels import inline
+from gpsec.core.kernels import inline
 
 @inline
 def step(value):
@@ -51,7 +51,7 @@ def step(value):
 GPSEC = """
 import json
 import numpy as np
-from gpsec import noise
+from gpsec.core import noise
 from gpsec.attacks.base import unit_vectors
 noise.uniforms(np.ones(3, np.uint64), 1, 0)
 unit_vectors(np.zeros(3))
@@ -184,7 +184,7 @@ def noted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An entry of a rehearsal."""
     monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
     monkeypatch.setenv("GPSEC_CACHE", str(tmp_path))
-    folder = caches.kernel_folder("gpsec.noise")
+    folder = caches.kernel_folder("gpsec.core.noise")
     assert folder is not None
     caches.write(folder / "entry.nbc", b"content")
     assert not kernels.are_compiled()
@@ -213,7 +213,7 @@ def test_kernels_of_another_processor_are_not_compiled(noted: Path, monkeypatch:
 
 def test_what_another_install_compiled_in_numba_s_way_does_not_count(tmp_path, monkeypatch) -> None:
     monkeypatch.setenv("GPSEC_CACHE", str(tmp_path))
-    folder = caches.kernel_folder("gpsec.noise")
+    folder = caches.kernel_folder("gpsec.core.noise")
     assert folder is not None
     (folder / "gpsec_0123").mkdir(parents=True)
     (folder / "gpsec_0123" / "noise.uniforms-80.py311.nbi").touch()

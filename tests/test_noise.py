@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gpsec import noise
+from gpsec.core import noise
 
 N = 200_000
 KEYS = np.array([noise.vehicle_key(1, f"v{i}") for i in range(1000)], np.uint64)
@@ -87,7 +87,7 @@ def test_every_channel_has_a_number_of_its_own():
 
 
 def test_keys_do_not_depend_on_the_process():
-    code = "from gpsec.noise import vehicle_key; print(vehicle_key(7, 'flow.3'), vehicle_key(7, 'Ärger#2'))"
+    code = "from gpsec.core.noise import vehicle_key; print(vehicle_key(7, 'flow.3'), vehicle_key(7, 'Ärger#2'))"
     for hash_seed in ("0", "1"):
         done = subprocess.run(
             [sys.executable, "-c", code], env={"PYTHONHASHSEED": hash_seed}, capture_output=True, text=True, check=True

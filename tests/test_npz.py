@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gpsec.npz import DamagedError, read_npz
+from gpsec.core.npz import DamagedError, read_npz
 
 ARRAYS = {"a": np.arange(12.0).reshape(3, 4), "b": np.array(["x", "long"]), "c": np.array(2), "d": np.zeros((0, 2))}
 

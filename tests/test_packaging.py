@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from gpsec import shipped
-from gpsec.errors import GpsecError
+from gpsec.core import shipped
+from gpsec.core.errors import GpsecError
 from gpsec.scenario.paths import expand, find, portable, scenarios_in
 
 

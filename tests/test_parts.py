@@ -7,14 +7,15 @@ from pathlib import Path
 
 import pytest
 
-from gpsec import cli, parts, registry, shipped
+from gpsec import cli
 from gpsec.attacks.base import Attack
 from gpsec.attacks.registry import ATTACKS
-from gpsec.errors import GpsecError
+from gpsec.core import registry, shipped
+from gpsec.core.errors import GpsecError
+from gpsec.core.registry import Registry, subclass_named
 from gpsec.pipeline.fingerprint import fingerprint
-from gpsec.registry import Registry, subclass_named
-from gpsec.results import load
-from gpsec.scenario import Scenario, load_scenario
+from gpsec.running.results import load
+from gpsec.scenario import Scenario, load_scenario, parts
 from gpsec.scenario.outside import Outside
 from gpsec.scenario.overrides import parse_set
 from gpsec.sensors.registry import PROFILES

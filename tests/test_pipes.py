@@ -3,8 +3,8 @@ from signal import SIGABRT, SIGBUS, SIGKILL, SIGRTMIN, SIGSEGV
 
 import pytest
 
-from gpsec.pipes import PeerGoneError, receive, send
-from gpsec.processes import ended_early
+from gpsec.core.pipes import PeerGoneError, receive, send
+from gpsec.core.processes import ended_early
 
 
 @pytest.mark.parametrize("unread", [False, True])

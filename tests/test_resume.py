@@ -19,7 +19,7 @@ from gpsec.console import launch
 from gpsec.console.launch import _missing
 from gpsec.outcomes.digests import table_digests
 from gpsec.outcomes.tables import TABLES
-from gpsec.run import is_finished
+from gpsec.running.workers import is_finished
 from gpsec.scenario import load_scenario
 from gpsec.scenario.overrides import parse_set
 

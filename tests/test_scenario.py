@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
-from gpsec.errors import GpsecError
+from gpsec.core.errors import GpsecError
 from gpsec.scenario import Scenario, load_scenario
 from gpsec.scenario.overrides import Override, parse_set
-from gpsec.sumohome import sumo_home
+from gpsec.sumo.home import sumo_home
 
 ROOT = Path(__file__).parent.parent
 BUNDLED = sorted((ROOT / "scenarios").glob("*/gpsec.toml"))

@@ -9,14 +9,14 @@ from pathlib import Path
 import pytest
 
 import gpsec
-from gpsec import sources
+from gpsec.core import sources
 
 PACKAGE = Path(gpsec.__file__).parent
-MAKERS = {f"gpsec.kernels.{name}" for name in ("kernel", "allocating_kernel", "inline")}
+MAKERS = {f"gpsec.core.kernels.{name}" for name in ("kernel", "allocating_kernel", "inline")}
 
 
 def imports(path: Path) -> set[str]:
-    """Return what a module imports of gpsec, such as ``gpsec.kernels.kernel``."""
+    """Return what a module imports of gpsec, such as ``gpsec.core.kernels.kernel``."""
     found = set()
     for node in ast.walk(ast.parse(path.read_text("utf-8"))):
         if isinstance(node, ast.ImportFrom) and node.module and not node.level:
@@ -109,12 +109,12 @@ def test_a_digest_goes_by_content_and_not_by_place(copy: Path) -> None:
         ("attacks/drift.py", {"attacks"}),
         ("pipeline/run.py", set()),
         ("hdmap/search.py", {"hdmap", *sources.STAGES}),
-        ("geo.py", {"geo", "hdmap", *sources.STAGES}),
-        ("kernels.py", {"geo", "noise", "hdmap", *sources.STAGES}),
+        ("types/tracks.py", {"types", "hdmap", *sources.STAGES}),
+        ("core/kernels.py", {"core", "types", "hdmap", *sources.STAGES}),
     ],
 )
 def test_an_edit_changes_its_layer_and_those_above(copy: Path, edited: str, changed: set[str]) -> None:
-    names = {"geo", "noise", "hdmap", *sources.STAGES}
+    names = {"core", "types", "hdmap", *sources.STAGES}
     before = {name: sources.digest(f"gpsec.{name}") for name in names}
     with (copy / edited).open("a") as file:
         file.write("# edited\n")
@@ -134,7 +134,7 @@ def test_sources_that_change_after_they_were_imported_have_a_digest_of_their_own
     forget()
     sources.notice("gpsec.attacks")
     assert sources.are_unchanged("gpsec.attacks")
-    with (copy / "geo.py").open("a") as file:
+    with (copy / "core" / "geo.py").open("a") as file:
         file.write("# edited\n")
     assert not sources.are_unchanged("gpsec.attacks")
     mixed = sources.digest("gpsec.attacks")

@@ -9,8 +9,8 @@ import sumo
 
 import gpsec
 from gpsec.scenario.paths import expand, portable
-from gpsec.sumohome import environment, expand_variables, program, sumo_home
-from gpsec.sumotools import run_program, run_tool
+from gpsec.sumo.home import environment, expand_variables, program, sumo_home
+from gpsec.sumo.tools import run_program, run_tool
 from gpsec.traffic.config import read_config
 
 INSTALLED = Path(sumo.SUMO_HOME)

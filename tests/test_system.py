@@ -15,8 +15,8 @@ import pytest
 
 from gpsec import cli
 from gpsec.console import launch
-from gpsec.errors import GpsecError, MachineError
-from gpsec.system import in_a_sentence, refusal
+from gpsec.core.errors import GpsecError, MachineError
+from gpsec.core.system import in_a_sentence, refusal
 
 MEBIBYTE = 1 << 20
 SLOW_CURVE = Path(__file__).parents[1] / "scenarios" / "slow_curve"
@@ -176,12 +176,12 @@ def fails(number: int) -> Callable[..., object]:
 def test_a_report_that_cannot_be_written(
     here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from gpsec.run import Outcome
+    from gpsec.running.workers import Outcome
 
     monkeypatch.setattr(launch, "run_scenarios", lambda *arguments: Outcome(["one", "two"]))
     monkeypatch.setattr(launch, "_publish", lambda folder, *others: folder.mkdir())
     monkeypatch.setattr(launch, "_show", lambda folder: print(f"tables of {folder.name}"))
-    monkeypatch.setattr("gpsec.results.load", lambda folder: None)
+    monkeypatch.setattr("gpsec.running.results.load", lambda folder: None)
     monkeypatch.setattr("gpsec.report.make.write_report", fails(errno.ENOSPC))
     assert cli.main(["run", "one", "two"]) == 1
     captured = capsys.readouterr()
@@ -194,8 +194,8 @@ def test_a_report_that_cannot_be_written(
 def test_a_process_that_cannot_be_started(
     here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("gpsec.run.compile_kernels", lambda *arguments: None)
-    monkeypatch.setattr("gpsec.run._start", fails(errno.EAGAIN))
+    monkeypatch.setattr("gpsec.running.workers.compile_kernels", lambda *arguments: None)
+    monkeypatch.setattr("gpsec.running.workers._start", fails(errno.EAGAIN))
     assert cli.main(["run", "one"]) == 1
     (line,) = errors(capsys.readouterr().err)
     assert line.startswith("gpsec: error: scenario 'one': its process cannot be started: Resource temporarily")

@@ -3,9 +3,9 @@ import threading
 import numpy as np
 import pytest
 
-from gpsec import noise
-from gpsec.kernels import kernel
-from gpsec.threads import Threads
+from gpsec.core import noise
+from gpsec.core.kernels import kernel
+from gpsec.core.threads import Threads
 
 
 @kernel

@@ -8,10 +8,10 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from gpsec import noise
-from gpsec.arrays import Flags, Floats, Ints, Keys
-from gpsec.fleet import Rows
-from gpsec.kernels import allocating_kernel
+from gpsec.core import noise
+from gpsec.core.arrays import Flags, Floats, Ints, Keys
+from gpsec.core.kernels import allocating_kernel
+from gpsec.core.tables import Rows
 
 
 @dataclass(frozen=True)

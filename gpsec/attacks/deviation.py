@@ -2,8 +2,8 @@
 
 from math import cos, sin
 
-from gpsec.arrays import Flags, Floats, Ints
-from gpsec.kernels import kernel
+from gpsec.core.arrays import Flags, Floats, Ints
+from gpsec.core.kernels import kernel
 
 
 @kernel

@@ -7,9 +7,9 @@ from typing import Self
 
 import numpy as np
 
-from gpsec.arrays import Flags, Floats, Ints
-from gpsec.fleet import Rows
-from gpsec.kernels import kernel
+from gpsec.core.arrays import Flags, Floats, Ints
+from gpsec.core.kernels import kernel
+from gpsec.core.tables import Rows
 
 
 @dataclass

@@ -5,7 +5,7 @@ from typing import ClassVar
 import numpy as np
 
 from gpsec.attacks.base import Attack, Spoofed, Victims
-from gpsec.fleet import Rows
+from gpsec.core.tables import Rows
 
 
 class Jamming(Attack):

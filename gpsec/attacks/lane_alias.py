@@ -5,9 +5,9 @@ from typing import ClassVar, Literal, Self, cast
 
 import numpy as np
 
-from gpsec.arrays import Floats
 from gpsec.attacks.base import Attack, Spoofed, Victims, displace_left, random_signs
-from gpsec.fleet import Rows
+from gpsec.core.arrays import Floats
+from gpsec.core.tables import Rows
 
 
 @dataclass

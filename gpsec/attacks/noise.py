@@ -5,9 +5,9 @@ from typing import ClassVar
 import numpy as np
 from pydantic import Field
 
-from gpsec import noise
 from gpsec.attacks.base import Attack, Spoofed, Victims
-from gpsec.fleet import Rows
+from gpsec.core import noise
+from gpsec.core.tables import Rows
 
 
 class Noise(Attack):

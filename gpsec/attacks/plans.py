@@ -7,7 +7,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, Strict, Vali
 
 from gpsec.attacks.base import Attack
 from gpsec.attacks.registry import ATTACKS, build_attack, first_problem
-from gpsec.errors import GpsecError, shown
+from gpsec.core.errors import GpsecError, shown
 
 NO_ATTACK = "none"
 """Name of plan 0, under which nobody is attacked."""

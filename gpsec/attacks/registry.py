@@ -13,8 +13,8 @@ from gpsec.attacks.noise import Noise
 from gpsec.attacks.replay import Replay
 from gpsec.attacks.stealth import Stealth
 from gpsec.attacks.two_stage import TwoStage
-from gpsec.errors import GpsecError, nearest, shown
-from gpsec.registry import Registry, subclass_named
+from gpsec.core.errors import GpsecError, nearest, shown
+from gpsec.core.registry import Registry, subclass_named
 
 ATTACKS: Registry[type[Attack]] = Registry(
     "attack",

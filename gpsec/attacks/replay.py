@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import Field
 
 from gpsec.attacks.base import Attack, Spoofed, Victims
-from gpsec.fleet import Rows
+from gpsec.core.tables import Rows
 
 
 class Replay(Attack):

@@ -8,13 +8,13 @@ from typing import Self
 
 import numpy as np
 
-from gpsec import noise
-from gpsec.arrays import Flags, Floats, Ints, Keys
 from gpsec.attacks.base import Attack
 from gpsec.attacks.plans import PlanConfig
 from gpsec.attacks.zones import NOBODY, Zone
-from gpsec.errors import GpsecError, nearest, shown
-from gpsec.fleet import Rows
+from gpsec.core import noise
+from gpsec.core.arrays import Flags, Floats, Ints, Keys
+from gpsec.core.errors import GpsecError, nearest, shown
+from gpsec.core.tables import Rows
 
 SPARED, WAITING, ACTIVE, DONE = 0, 1, 2, 3
 NEVER = int(np.iinfo(np.int32).max)

@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import Field
 
 from gpsec.attacks.base import DirectedAttack, Spoofed, Victims, powers
-from gpsec.fleet import Rows
+from gpsec.core.tables import Rows
 
 # k of Eq 9 counts samples at 10 Hz. It is taken from the time, so that the attack is the same for every step length.
 _SAMPLE_S = 0.1

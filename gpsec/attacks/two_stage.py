@@ -6,9 +6,9 @@ from typing import ClassVar, Literal, Self, cast
 import numpy as np
 from pydantic import Field
 
-from gpsec.arrays import Floats, Ints
 from gpsec.attacks.base import Attack, Spoofed, Victims, displace_left, powers, random_signs
-from gpsec.fleet import Rows
+from gpsec.core.arrays import Floats, Ints
+from gpsec.core.tables import Rows
 
 
 @dataclass

@@ -9,10 +9,10 @@ from typing import Any, Protocol
 import numpy as np
 import shapely
 
-from gpsec.arrays import Flags, Floats
 from gpsec.attacks.plans import MAX_TIME_S, PlanConfig, plan_config
 from gpsec.attacks.registry import ATTACKS, build_attack
-from gpsec.errors import GpsecError, shown
+from gpsec.core.arrays import Flags, Floats
+from gpsec.core.errors import GpsecError, shown
 
 PREFIX = "gpsec."
 NOBODY: Mapping[str, Floats] = {}

@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.progress import BarColumn, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as RichProgress
 
-from gpsec.progress import DONE, FAILED, Progress
+from gpsec.core.progress import DONE, FAILED, Progress
 
 _LINE_EVERY_S = 15.0
 

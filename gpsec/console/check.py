@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from gpsec.errors import GpsecError
+from gpsec.core.errors import GpsecError
 from gpsec.scenario import Scenario, load_scenario
 from gpsec.scenario.outside import NOTHING, Outside
 from gpsec.scenario.overrides import Override

@@ -4,10 +4,10 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from gpsec.caches import stale
 from gpsec.console.complaint import complain, say
 from gpsec.console.leftovers import Leftover, leftovers, temporary
-from gpsec.errors import GpsecError
+from gpsec.core.caches import stale
+from gpsec.core.errors import GpsecError
 
 _MEGABYTE = 1e6
 

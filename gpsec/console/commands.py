@@ -5,10 +5,10 @@ from typing import Annotated, Literal
 
 import typer
 
-from gpsec import shipped
 from gpsec.console.complaint import complain, say
 from gpsec.console.listing import KINDS, lines
-from gpsec.errors import GpsecError
+from gpsec.core import shipped
+from gpsec.core.errors import GpsecError
 
 app = typer.Typer(
     name="gpsec",

@@ -3,8 +3,8 @@
 import sys
 from contextlib import suppress
 
-from gpsec.errors import GpsecError, printable
-from gpsec.system import in_a_sentence
+from gpsec.core.errors import GpsecError, printable
+from gpsec.core.system import in_a_sentence
 
 
 def say(line: object) -> None:

@@ -3,8 +3,8 @@
 from fnmatch import fnmatchcase
 from pathlib import Path
 
-from gpsec.errors import GpsecError, shown
-from gpsec.system import in_a_sentence
+from gpsec.core.errors import GpsecError, shown
+from gpsec.core.system import in_a_sentence
 
 MANIFEST = "manifest.json"
 REPORT = "report.html"

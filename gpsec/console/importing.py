@@ -7,8 +7,8 @@ from gpsec.console.complaint import say
 from gpsec.console.openstreetmap import import_osm
 from gpsec.console.status import status
 from gpsec.console.terminal import messages
+from gpsec.core.errors import GpsecError, MachineError
 from gpsec.detection.models import thresholds_for
-from gpsec.errors import GpsecError, MachineError
 from gpsec.opendrive.check import MOST_LOST_SHARE, Check, Figures
 from gpsec.opendrive.importing import Imported, import_map
 from gpsec.opendrive.lanes import NARROWEST_M

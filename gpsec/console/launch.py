@@ -15,14 +15,14 @@ from gpsec.console.folders import MANIFEST, check_output, resolved
 from gpsec.console.leftovers import found_at_start
 from gpsec.console.publishing import publish
 from gpsec.console.workshop import Workshop, clear, workshops
-from gpsec.errors import GpsecError, MachineError
-from gpsec.processes import ignore_interrupts
-from gpsec.run import Failure, Outcome, Run, run_scenarios
+from gpsec.core.errors import GpsecError, MachineError
+from gpsec.core.processes import ignore_interrupts
+from gpsec.core.system import in_a_sentence
+from gpsec.core.threads import cores
+from gpsec.running.workers import Failure, Outcome, Run, run_scenarios
 from gpsec.scenario import Scenario, load_scenario
 from gpsec.scenario.outside import NOTHING, Outside
 from gpsec.scenario.overrides import Override
-from gpsec.system import in_a_sentence
-from gpsec.threads import cores
 
 INTERRUPTED = 130
 
@@ -223,7 +223,7 @@ def _show(folder: Path) -> None:
 
 
 def _write_parquet(folder: Path) -> None:
-    from gpsec.results import load, write_parquet
+    from gpsec.running.results import load, write_parquet
 
     with in_a_sentence(f"{folder}: no Parquet files can be written there"):
         write_parquet(load(folder))
@@ -231,7 +231,7 @@ def _write_parquet(folder: Path) -> None:
 
 def _report(folder: Path, messages: Console) -> None:
     from gpsec.report.make import write_report
-    from gpsec.results import load
+    from gpsec.running.results import load
 
     with in_a_sentence(f"{folder}: no report can be written there"):
         path = write_report(load(folder))

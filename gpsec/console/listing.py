@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from gpsec.errors import GpsecError, nearest
+from gpsec.core.errors import GpsecError, nearest
 
 KINDS = ("attacks", "detectors", "responses", "profiles", "scenarios")
 
@@ -40,7 +40,7 @@ def lines(kind: str, folder: Path | None) -> list[str]:
 
 
 def _scenarios(folder: Path | None) -> Iterable[tuple[str, str]]:
-    from gpsec import shipped
+    from gpsec.core import shipped
     from gpsec.scenario.paths import scenarios_in
 
     if folder is None:

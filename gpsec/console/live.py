@@ -4,8 +4,8 @@ import os
 import sys
 from collections.abc import Sequence
 
-from gpsec.errors import GpsecError
-from gpsec.run import Run
+from gpsec.core.errors import GpsecError
+from gpsec.running.workers import Run
 
 
 def live_run(

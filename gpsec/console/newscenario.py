@@ -11,14 +11,14 @@ from xml.etree import ElementTree
 from gpsec.console.complaint import say
 from gpsec.console.status import status
 from gpsec.console.terminal import messages
+from gpsec.core.errors import GpsecError, shown
+from gpsec.core.system import in_a_sentence
 from gpsec.demand.make import make_demand
-from gpsec.errors import GpsecError, shown
 from gpsec.hdmap.net import read_net
 from gpsec.scenario.model import MAX_NAME, NAME
 from gpsec.scenario.paths import TOML_NAME, UNUSABLE, reason
 from gpsec.scenario.schema import SCHEMA_FILE, json_schema
 from gpsec.scenario.template import busiest_lane, example_zone, netedit_config, sumo_config, toml
-from gpsec.system import in_a_sentence
 
 
 def new_scenario(folder: Path, net_file: Path, period_s: float | None, duration_s: float, seed: int) -> None:

@@ -12,9 +12,9 @@ from itertools import count
 from pathlib import Path
 
 from gpsec.console.folders import MANIFEST, check_output, written_by_runs
-from gpsec.disk import copy_attributes, exchange, link_tree, sync, sync_tree
-from gpsec.errors import GpsecError, MachineError
-from gpsec.system import refusal
+from gpsec.core.disk import copy_attributes, exchange, link_tree, sync, sync_tree
+from gpsec.core.errors import GpsecError, MachineError
+from gpsec.core.system import refusal
 
 # The new run while it is copied; complete, while the former one is moved aside; while it is moved to its place.
 COPIED, COMPLETE, MOVED = ".gpsec-copied", ".gpsec-complete", ".gpsec-moved"

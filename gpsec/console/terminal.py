@@ -8,7 +8,7 @@ from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
 from rich.text import Text
 
-from gpsec.errors import printable
+from gpsec.core.errors import printable
 
 
 class Terminal(Console):

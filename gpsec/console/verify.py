@@ -5,7 +5,7 @@ from pathlib import Path
 
 from gpsec.console.complaint import complain, say
 from gpsec.console.workshop import settle
-from gpsec.errors import GpsecError
+from gpsec.core.errors import GpsecError
 from gpsec.outcomes.digests import WHOLE, compared
 from gpsec.outcomes.manifests import read_manifest, stated_digests
 from gpsec.outcomes.tables import MANIFEST

@@ -12,8 +12,8 @@ from pathlib import Path
 
 from gpsec.console.folders import resolved
 from gpsec.console.publishing import finish, is_finished
-from gpsec.errors import GpsecError, MachineError
-from gpsec.system import refusal
+from gpsec.core.errors import GpsecError, MachineError
+from gpsec.core.system import refusal
 
 LOCK = ".lock"
 _TRIES = 100

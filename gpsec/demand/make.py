@@ -6,12 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from gpsec.core.errors import GpsecError
+from gpsec.core.system import refusal
 from gpsec.demand.flows import length_m, straight_flows
 from gpsec.demand.trips import random_trips
 from gpsec.demand.vehicles import document
-from gpsec.errors import GpsecError
 from gpsec.hdmap.net import Lane, read_net
-from gpsec.system import refusal
 
 TYPES_FILE = "vehicle_types.add.xml"
 # Departures an hour on a kilometre of lane, and the bounds of what comes of it.

@@ -3,9 +3,9 @@
 from pathlib import Path
 from xml.etree import ElementTree
 
-from gpsec.errors import GpsecError, MachineError, retold
-from gpsec.processes import ended_early
-from gpsec.sumotools import run_tool
+from gpsec.core.errors import GpsecError, MachineError, retold
+from gpsec.core.processes import ended_early
+from gpsec.sumo.tools import run_tool
 
 # How much likelier a trip begins or ends at the edge of the net than inside it.
 _FRINGE_FACTOR = 5.0

@@ -5,9 +5,9 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from gpsec.arrays import Flags, Floats, Ints
-from gpsec.fleet import Rows
-from gpsec.kernels import inline
+from gpsec.core.arrays import Flags, Floats, Ints
+from gpsec.core.kernels import inline
+from gpsec.core.tables import Rows
 
 # Without a valid residual for longer than this, windows are emptied and warm-up begins again: behind a junction the
 # road has another direction, and the GNSS error another lateral part.

@@ -6,9 +6,9 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from gpsec.arrays import Flags, Floats, Ints
+from gpsec.core.arrays import Flags, Floats, Ints
+from gpsec.core.threads import Threads
 from gpsec.detection.alarm import GAP_S, HOLD_S, Alarms, AlarmState, steps_in
-from gpsec.threads import Threads
 
 _ALONE = Threads(1)
 

@@ -1,7 +1,7 @@
 """Rows that a kernel takes together, for detectors that are faster so."""
 
-from gpsec.arrays import Flags, Ints
-from gpsec.kernels import inline
+from gpsec.core.arrays import Flags, Ints
+from gpsec.core.kernels import inline
 
 
 @inline

@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from gpsec.arrays import Flags, Floats, Ints
+from gpsec.core.arrays import Flags, Floats, Ints
+from gpsec.core.threads import Threads
 from gpsec.detection.alarm import AlarmState
 from gpsec.detection.base import Detector, LabelledDetector, Observation, Verdict
-from gpsec.threads import Threads
 
 
 @dataclass(frozen=True)

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gpsec.arrays import Flags, Floats
+from gpsec.core.arrays import Flags, Floats
+from gpsec.core.threads import Threads
 from gpsec.detection.base import Detector, Verdict
 from gpsec.detection.learned import Progress, silent
 from gpsec.detection.logs import Grid, ResidualLog
-from gpsec.threads import Threads
 
 
 @dataclass(frozen=True)

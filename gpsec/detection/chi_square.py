@@ -5,11 +5,11 @@ from typing import ClassVar, Self, cast
 
 import numpy as np
 
-from gpsec.arrays import Floats, Ints
+from gpsec.core.arrays import Floats, Ints
+from gpsec.core.kernels import kernel
 from gpsec.detection.alarm import Alarms, AlarmState, blank_alarm, decide, gap_before, hold
 from gpsec.detection.base import KernelDetector, Observation
 from gpsec.detection.ring import mean, push
-from gpsec.kernels import kernel
 
 
 @dataclass

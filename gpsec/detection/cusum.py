@@ -8,11 +8,11 @@ from typing import ClassVar, NamedTuple, Self, cast
 
 import numpy as np
 
-from gpsec.arrays import Floats, Ints
+from gpsec.core.arrays import Floats, Ints
+from gpsec.core.kernels import inline, kernel
 from gpsec.detection.alarm import Alarms, AlarmState, blank_alarm, decide, gap_before, hold
 from gpsec.detection.base import KernelDetector, Observation
 from gpsec.detection.learned import Learned, scalars
-from gpsec.kernels import inline, kernel
 
 
 @dataclass

@@ -7,13 +7,13 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from gpsec.arrays import Flags, Floats32, Ints
+from gpsec.core.arrays import Flags, Floats32, Ints
+from gpsec.core.errors import GpsecError
+from gpsec.core.kernels import inline
 from gpsec.detection.alarm import Alarms, AlarmState, blank_alarm, gap_before, hold
 from gpsec.detection.base import KernelDetector, Observation
 from gpsec.detection.learned import Learned, part
 from gpsec.detection.lstm_cell import GATES, HIDDEN, INPUTS, OUTPUTS, Network, Step, for_falling, predict
-from gpsec.errors import GpsecError
-from gpsec.kernels import inline
 
 # The network sees the residual up to this many scales: what it may take for a slow error of GNSS is bounded, so a
 # spoofed fix that drifts away slowly outruns it.

@@ -6,10 +6,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gpsec.arrays import Floats, Floats32, Ints, Longs
+from gpsec.core.arrays import Floats, Floats32, Ints, Longs
+from gpsec.core.errors import GpsecError
+from gpsec.core.kernels import allocating_kernel, inline
 from gpsec.detection.learned import Learned, part
-from gpsec.errors import GpsecError
-from gpsec.kernels import allocating_kernel, inline
 
 # Rows that go through a tree side by side. It stays in the fastest cache meanwhile, and no row waits for another: a
 # processor can foresee neither a branch nor the next node, but it can look up many of them at once.

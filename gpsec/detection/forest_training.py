@@ -5,13 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 from sklearn.ensemble import IsolationForest as SklearnForest
 
-from gpsec.arrays import Floats, Floats32, Ints, Longs
+from gpsec.core.arrays import Floats, Floats32, Ints, Longs
+from gpsec.core.kernels import allocating_kernel
 from gpsec.detection.alarm import GAP_S, steps_in
 from gpsec.detection.isolation_forest import FEATURES, WINDOW, describe
 from gpsec.detection.learned import Learned, Progress, silent
 from gpsec.detection.logs import Grid, ResidualLog, sessions
 from gpsec.detection.ring import push
-from gpsec.kernels import allocating_kernel
 
 TREES = 32
 SAMPLES = 1024

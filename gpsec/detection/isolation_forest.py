@@ -7,14 +7,14 @@ from typing import ClassVar, Self, cast
 
 import numpy as np
 
-from gpsec.arrays import Floats, Floats32, Ints
+from gpsec.core.arrays import Floats, Floats32, Ints
+from gpsec.core.kernels import allocating_kernel, inline
 from gpsec.detection.alarm import Alarms, AlarmState, blank_alarm, decide, gap_before, hold
 from gpsec.detection.base import KernelDetector, Observation
 from gpsec.detection.blocks import choose
 from gpsec.detection.forest import BLOCK, WIDTH, Forest, Walkers, join, walk
 from gpsec.detection.learned import Learned
 from gpsec.detection.ring import push
-from gpsec.kernels import allocating_kernel, inline
 
 # Samples in a window, and the features made of it.
 WINDOW = 4

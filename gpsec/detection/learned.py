@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gpsec.errors import GpsecError
+from gpsec.core.errors import GpsecError
 
 Learned = Mapping[str, NDArray[Any]]
 

@@ -7,9 +7,9 @@ from typing import Self
 
 import numpy as np
 
-from gpsec.arrays import Flags, Floats, Ints
+from gpsec.core.arrays import Flags, Floats, Ints
+from gpsec.core.errors import GpsecError
 from gpsec.detection.base import Observation
-from gpsec.errors import GpsecError
 
 
 @dataclass(frozen=True)

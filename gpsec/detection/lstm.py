@@ -5,7 +5,8 @@ from typing import ClassVar, Self, cast
 
 import numpy as np
 
-from gpsec.arrays import Floats, Floats32, Ints
+from gpsec.core.arrays import Floats, Floats32, Ints
+from gpsec.core.kernels import allocating_kernel, inline
 from gpsec.detection.alarm import Alarms, AlarmState, decide
 from gpsec.detection.base import Observation
 from gpsec.detection.blocks import choose
@@ -20,7 +21,6 @@ from gpsec.detection.forecast import (
     remember,
 )
 from gpsec.detection.lstm_cell import BLOCK, GATES, HIDDEN, INPUTS, OUTPUTS, SCALES, Network, Step
-from gpsec.kernels import allocating_kernel, inline
 
 # Weight of an error of prediction relative to that of the next one, at each time scale: this sample alone, and means
 # over the last 2.5 and 6.7 of them. An attack that grows by 1/decay a sample is seen best at the scale of that decay.

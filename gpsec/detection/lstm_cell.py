@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gpsec.arrays import Floats32, Ints
-from gpsec.kernels import inline
+from gpsec.core.arrays import Floats32, Ints
+from gpsec.core.kernels import inline
 
 HIDDEN = 32
 # What the network is told in a step; a multiple of 4, as is HIDDEN.

@@ -6,7 +6,8 @@ from typing import ClassVar, Self, cast
 
 import numpy as np
 
-from gpsec.arrays import Floats, Ints
+from gpsec.core.arrays import Floats, Ints
+from gpsec.core.kernels import allocating_kernel
 from gpsec.detection.alarm import Alarms, AlarmState, decide
 from gpsec.detection.base import Observation
 from gpsec.detection.blocks import choose
@@ -22,7 +23,6 @@ from gpsec.detection.forecast import (
 )
 from gpsec.detection.lstm import DECAYS
 from gpsec.detection.lstm_cell import BLOCK, GATES, HIDDEN, INPUTS, OUTPUTS, SCALES, Network, Step
-from gpsec.kernels import allocating_kernel
 
 # By how much more a slow error of prediction adds to the variance at the slowest scale than to that of a single error.
 _SLOW_GAIN = (1.0 + DECAYS[-1]) / (1.0 - DECAYS[-1]) - 1.0

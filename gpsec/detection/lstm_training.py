@@ -8,14 +8,14 @@ import numpy as np
 import torch
 from torch import nn
 
-from gpsec.arrays import Floats, Floats32
+from gpsec.core.arrays import Floats, Floats32
+from gpsec.core.errors import GpsecError
 from gpsec.detection.alarm import GAP_S, steps_in
 from gpsec.detection.forecast import CLIP, DELAY
 from gpsec.detection.learned import Learned, Progress, silent
 from gpsec.detection.logs import Grid, ResidualLog, sessions, split
 from gpsec.detection.lstm import DECAYS
 from gpsec.detection.lstm_cell import HIDDEN, INPUTS, OUTPUTS
-from gpsec.errors import GpsecError
 
 LENGTH = 256
 BATCH = 32

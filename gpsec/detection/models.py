@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 
 from gpsec import __version__
-from gpsec.arrays import Floats
+from gpsec.core.arrays import Floats
+from gpsec.core.errors import GpsecError, nearest, shown
+from gpsec.core.npz import DamagedError, read_npz
 from gpsec.detection.base import Detector, LabelledDetector
 from gpsec.detection.calibration import Calibrated
 from gpsec.detection.learned import Learned
 from gpsec.detection.registry import DETECTORS
-from gpsec.errors import GpsecError, nearest, shown
-from gpsec.npz import DamagedError, read_npz
 
 MATCHINGS = ("tracked", "nearest")
 FORMAT = 2

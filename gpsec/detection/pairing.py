@@ -12,10 +12,11 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from gpsec.arrays import Flags, Floats, Ints
-from gpsec.fleet import SAMPLE_S, Rows
-from gpsec.geo import dead_reckon
-from gpsec.kernels import inline
+from gpsec.core.arrays import Flags, Floats, Ints
+from gpsec.core.geo import dead_reckon
+from gpsec.core.kernels import inline
+from gpsec.core.tables import Rows
+from gpsec.types.tracks import SAMPLE_S
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,10 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from gpsec.arrays import Floats, Ints
+from gpsec.core.arrays import Floats, Ints
+from gpsec.core.threads import Threads
 from gpsec.detection.alarm import GAP_S, HOLD_S, AlarmState, blank_alarm, steps_in
 from gpsec.detection.base import Detector, Observation, Verdict
-from gpsec.threads import Threads
 
 
 @dataclass

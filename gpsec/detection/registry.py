@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from gpsec.core.registry import Registry
 from gpsec.detection.base import Detector, LabelledDetector
 from gpsec.detection.bounds import Never, Oracle
 from gpsec.detection.chi_square import ChiSquare
@@ -13,7 +14,6 @@ from gpsec.detection.learned import Learned, Progress
 from gpsec.detection.logs import ResidualLog
 from gpsec.detection.lstm import Lstm
 from gpsec.detection.lstm_cusum import LstmCusum
-from gpsec.registry import Registry
 
 
 @dataclass(frozen=True)

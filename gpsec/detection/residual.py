@@ -3,7 +3,9 @@
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from gpsec.arrays import Flags, Floats, Ints
+from gpsec.core.arrays import Flags, Floats, Ints
+from gpsec.core.kernels import kernel
+from gpsec.core.threads import Threads
 from gpsec.detection.pairing import (
     DetectionClock,
     Motion,
@@ -15,12 +17,11 @@ from gpsec.detection.pairing import (
     keep_lane,
     take_pair,
 )
-from gpsec.fleet import Measurements, Tracks, Vehicles
 from gpsec.hdmap.arrays import MapArrays, MatchIndex
 from gpsec.hdmap.matching import offset_on
 from gpsec.hdmap.search import MIN_COS, TRACKED, match
-from gpsec.kernels import kernel
-from gpsec.threads import Threads
+from gpsec.types.tracks import Tracks
+from gpsec.types.vehicles import Measurements, Vehicles
 
 
 class MapView(NamedTuple):

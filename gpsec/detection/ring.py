@@ -1,7 +1,7 @@
 """The last few values of every row, for detectors that look at a window."""
 
-from gpsec.arrays import Floats, Ints
-from gpsec.kernels import inline
+from gpsec.core.arrays import Floats, Ints
+from gpsec.core.kernels import inline
 
 
 @inline

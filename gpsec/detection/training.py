@@ -6,13 +6,13 @@ from dataclasses import fields, is_dataclass
 from importlib.metadata import version
 from typing import Any
 
+from gpsec.core.threads import Threads
 from gpsec.detection.base import Detector
 from gpsec.detection.calibration import RATES, Calibrated, calibrate
 from gpsec.detection.learned import Learned, Progress, silent
 from gpsec.detection.logs import ResidualLog, split
 from gpsec.detection.models import Models, ProfileModel
 from gpsec.detection.registry import DETECTORS
-from gpsec.threads import Threads
 
 SETTLE_S = 10.0
 TRAINING_SHARE = 0.5

@@ -5,12 +5,12 @@ from math import exp, inf, log
 
 import numpy as np
 
-from gpsec.arrays import Floats, Ints
+from gpsec.core.arrays import Floats, Ints
+from gpsec.core.kernels import kernel
 from gpsec.detection.alarm import GAP_S, steps_in
 from gpsec.detection.cusum import innovate
 from gpsec.detection.learned import Learned, Progress, silent
 from gpsec.detection.logs import Grid, ResidualLog, sessions
-from gpsec.kernels import kernel
 
 # Innovations beyond this many standard deviations count as that many, so that a few matches to the wrong lane do
 # not blow up the variance (Huber).

@@ -2,10 +2,10 @@
 
 from math import cos, inf, sin, sqrt
 
-from gpsec.arrays import Ints
+from gpsec.core.arrays import Ints
+from gpsec.core.kernels import inline
 from gpsec.hdmap.arrays import MapArrays, MatchIndex
 from gpsec.hdmap.search import better, faces, is_on, match_tracked, out_of_reach, project
-from gpsec.kernels import inline
 
 
 @inline

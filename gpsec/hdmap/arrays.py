@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from gpsec.arrays import Flags, Floats, Ints
+from gpsec.core.arrays import Flags, Floats, Ints
 
 
 class LaneSides(NamedTuple):

@@ -5,7 +5,7 @@ from heapq import heappop, heappush
 
 import numpy as np
 
-from gpsec.arrays import Floats, Ints
+from gpsec.core.arrays import Floats, Ints
 from gpsec.hdmap.arrays import MapArrays, MatchIndex
 from gpsec.hdmap.net import Lane
 

@@ -9,9 +9,9 @@ from typing import Any, cast
 
 import numpy as np
 
-from gpsec import caches
-from gpsec.arrays import Flags, Floats
-from gpsec.geo import Projector
+from gpsec.core import caches
+from gpsec.core.arrays import Flags, Floats
+from gpsec.core.geo import Projector
 from gpsec.hdmap.arrays import LaneSides, MapArrays, MatchIndex
 from gpsec.hdmap.index import build_index
 from gpsec.hdmap.net import Lane, read_net
@@ -79,7 +79,7 @@ def load_map(net_file: Path, spacings_m: tuple[float, ...], cache: Path | None =
     """Return the map of a net, compiled now or read from the cache.
 
     A compiled map lies in a folder named by the content of the net, the spacings and the code that compiled it, with
-    digests of its files; big nets load by memory map. The cache is `cache`, or `gpsec.caches.cache_folder`.
+    digests of its files; big nets load by memory map. The cache is `cache`, or `gpsec.core.caches.cache_folder`.
 
     Raises:
         GpsecError: the net cannot be used (see `read_net`), or the cache cannot.

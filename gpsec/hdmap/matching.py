@@ -7,11 +7,11 @@ whose direction differs by less than 60° (or by more than 120°) from the vehic
 
 from math import cos, pi, sin, sqrt
 
-from gpsec.arrays import Flags, Floats, Ints
-from gpsec.geo import wrap_angle
+from gpsec.core.arrays import Flags, Floats, Ints
+from gpsec.core.geo import wrap_angle
+from gpsec.core.kernels import inline, kernel
 from gpsec.hdmap.arrays import LaneSides, MapArrays, MatchIndex
 from gpsec.hdmap.search import MIN_COS, TRACKED, faces, is_on, match, match_tracked, project
-from gpsec.kernels import inline, kernel
 
 
 @inline

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from gpsec.arrays import Floats
-from gpsec.errors import GpsecError, retold, shown
-from gpsec.geo import Projector
+from gpsec.core.arrays import Floats
+from gpsec.core.errors import GpsecError, retold, shown
+from gpsec.core.geo import Projector
 
 # A lane that only these may use is no lane of the HD map.
 _OFF_ROAD_CLASSES = frozenset(

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gpsec.arrays import Floats
+from gpsec.core.arrays import Floats
 
 # Half of the base over which curvature is taken, so that the rounding of a net's coordinates is not amplified.
 CURVATURE_BASE_M = 2.5

@@ -7,8 +7,8 @@ oncoming lane is part of the chain.
 
 from math import cos, floor, inf, sin, sqrt
 
+from gpsec.core.kernels import inline
 from gpsec.hdmap.arrays import MapArrays, MatchIndex
-from gpsec.kernels import inline
 
 TRACKED, NEAREST = 0, 1
 MODES = {"tracked": TRACKED, "nearest": NEAREST}

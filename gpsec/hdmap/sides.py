@@ -5,7 +5,7 @@ from collections import defaultdict
 import numpy as np
 import shapely
 
-from gpsec.arrays import Floats
+from gpsec.core.arrays import Floats
 from gpsec.hdmap.arrays import LaneSides
 from gpsec.hdmap.net import Lane
 

@@ -4,13 +4,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from gpsec.arrays import Flags, Floats, Ints
-from gpsec.fleet import Measurements, Tracks, Vehicles
+from gpsec.core.arrays import Flags, Floats, Ints
+from gpsec.core.kernels import kernel
 from gpsec.hdmap.arrays import MapArrays, MatchIndex
-from gpsec.kernels import kernel
 from gpsec.localization import ukf
 from gpsec.localization.responses import Cells, Response, World
 from gpsec.localization.state import FilterState
+from gpsec.types.tracks import Tracks
+from gpsec.types.vehicles import Measurements, Vehicles
 
 
 class CameraUkf(Response):

@@ -11,7 +11,7 @@ from statistics import NormalDist
 
 import numpy as np
 
-from gpsec.arrays import Floats, Ints
+from gpsec.core.arrays import Floats, Ints
 
 
 @dataclass(frozen=True)

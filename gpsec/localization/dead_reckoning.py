@@ -2,9 +2,10 @@
 
 from typing import ClassVar
 
-from gpsec.fleet import Measurements, Tracks, Vehicles
 from gpsec.localization.responses import Cells, Response, World
 from gpsec.localization.state import FilterState
+from gpsec.types.tracks import Tracks
+from gpsec.types.vehicles import Measurements, Vehicles
 
 
 class DeadReckoning(Response):

@@ -7,9 +7,9 @@ Tracking and Navigation*, 8.2), so that the covariance does not shrink as if eve
 
 from math import cos, exp, sin, sqrt
 
-from gpsec.arrays import Floats
-from gpsec.geo import dead_reckon, wrap_angle
-from gpsec.kernels import inline
+from gpsec.core.arrays import Floats
+from gpsec.core.geo import dead_reckon, wrap_angle
+from gpsec.core.kernels import inline
 from gpsec.localization.noise_table import LASTING_ERROR_S, NoiseTable
 
 

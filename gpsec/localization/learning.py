@@ -10,9 +10,9 @@ A lasting error is a state here, so that nothing has to stand in for it as white
 
 from math import cos, exp, sin, sqrt
 
-from gpsec.arrays import Floats
-from gpsec.geo import dead_reckon, wrap_angle
-from gpsec.kernels import inline
+from gpsec.core.arrays import Floats
+from gpsec.core.geo import dead_reckon, wrap_angle
+from gpsec.core.kernels import inline
 from gpsec.localization import ekf
 from gpsec.localization.noise_table import NoiseTable
 from gpsec.localization.ukf import YAW_SIGMAS

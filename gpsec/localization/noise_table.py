@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gpsec.arrays import Floats
+from gpsec.core.arrays import Floats
 
 # An error that lasts (odometer scale, heading) is not white; over the seconds that a filter remembers, it acts like
 # noise of this correlation time.

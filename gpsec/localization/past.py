@@ -9,10 +9,12 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from gpsec.arrays import Flags, Floats, Ints
-from gpsec.fleet import Measurements, Rows, Tracks, Vehicles
-from gpsec.kernels import inline, kernel
+from gpsec.core.arrays import Flags, Floats, Ints
+from gpsec.core.kernels import inline, kernel
+from gpsec.core.tables import Rows
 from gpsec.localization.state import FilterArrays
+from gpsec.types.tracks import Tracks
+from gpsec.types.vehicles import Measurements, Vehicles
 
 # How many times in the past each filter keeps.
 SNAPSHOTS = 5
@@ -88,8 +90,8 @@ class Journey(Rows):
         Every vehicle has one track under plan 0. A row that another vehicle takes over needs no reset: no filter is
         older than its vehicle.
         """
-        if self.capacity < vehicles.capacity:
-            self.grow(vehicles.capacity)
+        if self.capacity < len(vehicles.lane):
+            self.grow(len(vehicles.lane))
         _record(
             tracks.vehicle[rows[tracks.plan[rows] == 0]],
             self.arrays(),

@@ -4,12 +4,13 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import ClassVar
 
-from gpsec.arrays import Flags, Ints
-from gpsec.fleet import Measurements, Tracks, Vehicles
+from gpsec.core.arrays import Flags, Ints
 from gpsec.hdmap.arrays import MapArrays, MatchIndex
 from gpsec.localization.noise_table import NoiseTable
 from gpsec.localization.past import Journey, Recall
 from gpsec.localization.state import FilterState
+from gpsec.types.tracks import Tracks
+from gpsec.types.vehicles import Measurements, Vehicles
 
 
 @dataclass(frozen=True)

@@ -4,16 +4,17 @@ from typing import ClassVar
 
 import numpy as np
 
-from gpsec.arrays import Ints
-from gpsec.fleet import Tracks, Vehicles
+from gpsec.core.arrays import Ints
+from gpsec.core.kernels import kernel
 from gpsec.hdmap.arrays import MapArrays, MatchIndex
-from gpsec.kernels import kernel
 from gpsec.localization import ukf
 from gpsec.localization.camera_ukf import CameraUkf
 from gpsec.localization.noise_table import NoiseTable
 from gpsec.localization.past import Journey, JourneyArrays, Recall, entry, keep, restore
 from gpsec.localization.responses import Cells, World
 from gpsec.localization.state import FilterArrays, FilterState
+from gpsec.types.tracks import Tracks
+from gpsec.types.vehicles import Vehicles
 
 
 class Rollback(CameraUkf):

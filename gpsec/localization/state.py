@@ -13,9 +13,9 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from gpsec.arrays import Flags, Floats, Ints
-from gpsec.fleet import Rows
-from gpsec.kernels import inline, kernel
+from gpsec.core.arrays import Flags, Floats, Ints
+from gpsec.core.kernels import inline, kernel
+from gpsec.core.tables import Rows
 
 # Filter state: east, north, yaw, and the slow GNSS error in east and north.
 STATES = 5

@@ -11,15 +11,16 @@ from math import cos, sin
 
 import numpy as np
 
-from gpsec.arrays import Flags, Floats, Ints
-from gpsec.fleet import SAMPLE_S, Measurements, Tracks, Vehicles
-from gpsec.kernels import inline, kernel
+from gpsec.core.arrays import Flags, Floats, Ints
+from gpsec.core.kernels import inline, kernel
+from gpsec.core.threads import Threads
 from gpsec.localization import ekf, learning, ukf
 from gpsec.localization.noise_table import NoiseTable
 from gpsec.localization.past import SNAPSHOTS, Journey, Recall, keep
 from gpsec.localization.responses import Cells, Response, World
 from gpsec.localization.state import STATES, FilterArrays, FilterState, part
-from gpsec.threads import Threads
+from gpsec.types.tracks import SAMPLE_S, Tracks
+from gpsec.types.vehicles import Measurements, Vehicles
 
 # Called with the name of what was done since the last call.
 Lap = Callable[[str], None]

@@ -9,13 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gpsec.arrays import Floats, Ints
-from gpsec.geo import dead_reckon, wrap_angle
+from gpsec.core.arrays import Floats, Ints
+from gpsec.core.geo import dead_reckon, wrap_angle
+from gpsec.core.kernels import inline
 from gpsec.hdmap.around import gather_around, nearest_of
 from gpsec.hdmap.arrays import MapArrays, MatchIndex
 from gpsec.hdmap.matching import offset_on
 from gpsec.hdmap.search import MIN_COS, TRACKED, match
-from gpsec.kernels import inline
 from gpsec.localization.ekf import process_noise
 from gpsec.localization.noise_table import NoiseTable
 

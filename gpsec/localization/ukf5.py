@@ -2,14 +2,15 @@
 
 from typing import ClassVar
 
-from gpsec.arrays import Flags, Floats, Ints
-from gpsec.fleet import Measurements, Tracks, Vehicles
+from gpsec.core.arrays import Flags, Floats, Ints
+from gpsec.core.kernels import kernel
 from gpsec.hdmap.arrays import MapArrays, MatchIndex
-from gpsec.kernels import kernel
 from gpsec.localization import lane_ukf
 from gpsec.localization.noise_table import NoiseTable
 from gpsec.localization.responses import Cells, Response, World
 from gpsec.localization.state import FilterState
+from gpsec.types.tracks import Tracks
+from gpsec.types.vehicles import Measurements, Vehicles
 
 
 class Ukf5(Response):

@@ -2,16 +2,17 @@
 
 from typing import ClassVar
 
-from gpsec.arrays import Ints
-from gpsec.fleet import Tracks, Vehicles
+from gpsec.core.arrays import Ints
+from gpsec.core.kernels import kernel
 from gpsec.hdmap.arrays import MapArrays, MatchIndex
-from gpsec.kernels import kernel
 from gpsec.localization import lane_ukf, learning
 from gpsec.localization.noise_table import NoiseTable
 from gpsec.localization.past import Journey, JourneyArrays, Recall, entry, keep, restore
 from gpsec.localization.responses import Cells, World
 from gpsec.localization.state import FilterArrays, FilterState
 from gpsec.localization.ukf5 import Ukf5
+from gpsec.types.tracks import Tracks
+from gpsec.types.vehicles import Vehicles
 
 
 class Ukf5Rollback(Ukf5):

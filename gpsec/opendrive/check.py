@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gpsec.arrays import Flags, Floats
-from gpsec.errors import shown
+from gpsec.core.arrays import Flags, Floats
+from gpsec.core.errors import shown
 from gpsec.opendrive.compare import match
 from gpsec.opendrive.lanes import NARROWEST_M, CentreLine
 from gpsec.opendrive.netfile import NetLane

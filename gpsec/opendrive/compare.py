@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from gpsec.arrays import Flags, Floats, Ints
+from gpsec.core.arrays import Flags, Floats, Ints
 from gpsec.opendrive.lanes import CentreLine
 from gpsec.opendrive.netfile import NetLane
 

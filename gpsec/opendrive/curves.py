@@ -11,7 +11,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from scipy.special import fresnel
 
-from gpsec.arrays import Floats
+from gpsec.core.arrays import Floats
 
 # A curve that turns by less than this more or less than a circle is one.
 _SAME_TURN_RAD = 1e-9

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gpsec.arrays import Floats
+from gpsec.core.arrays import Floats
 from gpsec.opendrive.netfile import NetLane, by_edge
 from gpsec.opendrive.ways import Part, Way, Ways
 

@@ -7,8 +7,8 @@ from pathlib import Path
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
-from gpsec.errors import GpsecError, shown
-from gpsec.netconvert import Converted
+from gpsec.core.errors import GpsecError, shown
+from gpsec.core.system import refusal
 from gpsec.opendrive.check import CHECK_SPACING_M, Check, Figures, check_lanes
 from gpsec.opendrive.georeference import set_georeference
 from gpsec.opendrive.lanes import IMPORTED, centre_lines, check_lines
@@ -28,7 +28,7 @@ from gpsec.opendrive.simplify import simplify
 from gpsec.opendrive.source import NO_LIMIT_MPS, spell_out_speeds
 from gpsec.opendrive.spelling import leave_out_reversed, named, spell_out
 from gpsec.opendrive.tidy import give_extent, thin_out
-from gpsec.system import refusal
+from gpsec.sumo.netconvert import Converted
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from gpsec.arrays import Floats
+from gpsec.core.arrays import Floats
 from gpsec.opendrive.extents import Extent
 from gpsec.opendrive.netfile import NetLane
 from gpsec.opendrive.polylines import at_stations, spread, stations

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gpsec.arrays import Floats
-from gpsec.errors import GpsecError, shown
+from gpsec.core.arrays import Floats
+from gpsec.core.errors import GpsecError, shown
 from gpsec.opendrive.numbers import FARTHEST_M, LONGEST_M, WIDEST_M
 from gpsec.opendrive.polylines import stations
 from gpsec.opendrive.road import Lane, LaneSection, Road

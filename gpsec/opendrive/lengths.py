@@ -7,7 +7,7 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from gpsec.errors import shown
+from gpsec.core.errors import shown
 from gpsec.opendrive.netfile import NetLane, by_edge
 from gpsec.opendrive.polylines import stations
 

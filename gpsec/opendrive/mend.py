@@ -5,8 +5,8 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from gpsec.arrays import Floats
-from gpsec.errors import shown
+from gpsec.core.arrays import Floats
+from gpsec.core.errors import shown
 from gpsec.opendrive.netfile import NetLane, by_edge, net_lanes
 from gpsec.opendrive.polylines import at_stations, stations
 

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from gpsec.netconvert import Converted, convert
-from gpsec.sumotools import Limits
+from gpsec.sumo.netconvert import Converted, convert
+from gpsec.sumo.tools import Limits
 
 OPTIONS = (
     "--precision=4",
@@ -26,7 +26,7 @@ CURVE_RESOLUTION_M = 1.0
 
 
 def convert_map(source: Path, target: Path, map_file: Path, limits: Limits | None = None) -> Converted:
-    """Make the net `target` of the OpenDRIVE file `source` in the same folder; see `gpsec.netconvert.convert`.
+    """Make the net `target` of the OpenDRIVE file `source` in the same folder; see `gpsec.sumo.netconvert.convert`.
 
     Raises:
         GpsecError: netconvert refuses the map.

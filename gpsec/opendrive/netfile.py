@@ -6,8 +6,8 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from gpsec.arrays import Floats
-from gpsec.errors import GpsecError
+from gpsec.core.arrays import Floats
+from gpsec.core.errors import GpsecError
 
 NET_SUFFIX = ".net.xml"
 ORIGINAL = "origId"

@@ -11,7 +11,7 @@ from math import isfinite
 from pathlib import Path
 from xml.etree.ElementTree import Element
 
-from gpsec.errors import GpsecError, shown
+from gpsec.core.errors import GpsecError, shown
 
 LONGEST_M = 1e6
 """A longer road is a slip of the pen."""

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from gpsec.arrays import Floats, Longs
+from gpsec.core.arrays import Floats, Longs
 
 
 def stations(points_m: Floats) -> Floats:

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import pyproj
 from pyproj.transformer import TransformerGroup
 
-from gpsec.errors import shown
-from gpsec.geo import DEFAULT_ORIGIN_DEG
+from gpsec.core.errors import shown
+from gpsec.core.geo import DEFAULT_ORIGIN_DEG
 
 # Heights are not used, and their grids are seldom installed.
 _VERTICAL = r"\+(geoidgrids|vunits|vto_meter)=\S+"

@@ -8,8 +8,8 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from gpsec.arrays import Floats
-from gpsec.errors import GpsecError, shown
+from gpsec.core.arrays import Floats
+from gpsec.core.errors import GpsecError, shown
 from gpsec.opendrive.curves import Arc, Curve, Line, ParamPoly3, Poly3, Spiral
 from gpsec.opendrive.numbers import check_numbers
 from gpsec.opendrive.road import Cubics, Geometry, Lane, LaneSection, Road

@@ -9,7 +9,7 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from gpsec.arrays import Floats
+from gpsec.core.arrays import Floats
 from gpsec.opendrive.extents import extents
 from gpsec.opendrive.junctions import along_way, blended, chains, through
 from gpsec.opendrive.lanes import CentreLine

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from xml.etree.ElementTree import Element
 
-from gpsec.errors import shown
+from gpsec.core.errors import shown
 from gpsec.opendrive.lanes import IMPORTED
 from gpsec.opendrive.road import Road
 from gpsec.opendrive.sections import complete_sections

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 import shapely
 
-from gpsec.arrays import Floats
+from gpsec.core.arrays import Floats
 from gpsec.opendrive.lanes import CentreLine, paths
 from gpsec.opendrive.polylines import at_stations, spread, spread_out, stations
 

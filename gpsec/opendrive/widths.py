@@ -6,8 +6,8 @@ from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
-from gpsec.arrays import Floats
-from gpsec.errors import shown
+from gpsec.core.arrays import Floats
+from gpsec.core.errors import shown
 from gpsec.opendrive.numbers import WIDEST_M
 from gpsec.opendrive.road import Cubics
 from gpsec.opendrive.sections import lane_number

@@ -12,8 +12,8 @@ from typing import BinaryIO
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
-from gpsec.errors import GpsecError, shown
-from gpsec.system import refusal
+from gpsec.core.errors import GpsecError, shown
+from gpsec.core.system import refusal
 
 # More than netconvert has memory for, and little enough for a disk.
 MOST_BYTES = 4 << 30

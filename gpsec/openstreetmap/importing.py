@@ -6,16 +6,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
-from gpsec.errors import GpsecError
-from gpsec.netconvert import convert
+from gpsec.core.errors import GpsecError
+from gpsec.core.system import refusal
 from gpsec.opendrive.mend import describe_net, mend_net
 from gpsec.opendrive.netfile import NET_SUFFIX, net_lanes, outputs
 from gpsec.opendrive.polylines import stations
 from gpsec.opendrive.tidy import give_extent, thin_out
 from gpsec.openstreetmap.extract import read_extract, unpack
 from gpsec.openstreetmap.side import keeps_left
-from gpsec.sumohome import sumo_home
-from gpsec.system import refusal
+from gpsec.sumo.home import sumo_home
+from gpsec.sumo.netconvert import convert
 
 # What OpenStreetMap draws is the middle of a road; the types say how many lanes it has, and how fast they are.
 _TYPES = "data/typemap/osmNetconvert.typ.xml"

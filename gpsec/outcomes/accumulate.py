@@ -2,9 +2,9 @@
 
 from math import cos, sin
 
-from gpsec.arrays import Flags, Floats, Ints
+from gpsec.core.arrays import Flags, Floats, Ints
+from gpsec.core.kernels import inline, kernel
 from gpsec.hdmap.arrays import LaneSides
-from gpsec.kernels import inline, kernel
 from gpsec.outcomes.histograms import bin_of
 from gpsec.outcomes.state import (
     ALL,

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from gpsec.arrays import Floats, Longs
+from gpsec.core.arrays import Floats, Longs
 from gpsec.outcomes import metrics
 from gpsec.outcomes.bootstrap import Bootstrap
 from gpsec.outcomes.events import ClosedTracks

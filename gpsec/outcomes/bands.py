@@ -9,8 +9,8 @@ from math import cos, frexp, sin
 import numpy as np
 import pandas as pd
 
-from gpsec.arrays import Flags, Floats, Ints
-from gpsec.kernels import inline, kernel
+from gpsec.core.arrays import Flags, Floats, Ints
+from gpsec.core.kernels import inline, kernel
 from gpsec.outcomes.study import Study
 
 # Attacks that last longer are followed this far.

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gpsec.arrays import Floats, Ints
-from gpsec.kernels import kernel
-from gpsec.noise import vehicle_key
+from gpsec.core.arrays import Floats, Ints
+from gpsec.core.kernels import kernel
+from gpsec.core.noise import vehicle_key
 
 # Draws that are held at once; part of the result, since the generator is asked for them chunk by chunk.
 _DRAWS_AT_ONCE = 4_000_000

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from gpsec.arrays import Flags
-from gpsec.errors import GpsecError, shown
+from gpsec.core.arrays import Flags
+from gpsec.core.errors import GpsecError, shown
 from gpsec.outcomes.places import ATTACK_BEGAN, DETECTED, LEFT_LANE
 from gpsec.outcomes.state import OUTCOMES
 from gpsec.outcomes.tables import read_table

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from gpsec.errors import GpsecError, nearest, shown
+from gpsec.core.errors import GpsecError, nearest, shown
 
 _GROUP = ["scenario", "profile"]
 _VEHICLE = ["scenario", "vehicle_id"]

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from gpsec.arrays import Floats, Ints, Longs
+from gpsec.core.arrays import Floats, Ints, Longs
 from gpsec.outcomes.events import ClosedTracks
 from gpsec.outcomes.histograms import BINS, LOWEST_OCTAVE, PER_OCTAVE, negatives
 from gpsec.outcomes.state import FP, TN

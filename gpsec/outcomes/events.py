@@ -7,9 +7,10 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from gpsec.arrays import Flags, Floats, Ints
-from gpsec.fleet import Tracks
+from gpsec.core.arrays import Flags, Floats, Ints
+from gpsec.core.tables import Table
 from gpsec.outcomes.state import ATTACK, OutcomeState
+from gpsec.types.tracks import Tracks
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,7 @@ class ClosedTracks:
     @classmethod
     def none(cls, detectors: int, defences: int) -> Self:
         """Return no track at all."""
-        return cls._of([], np.zeros(0, np.int32), Tracks.empty(0), OutcomeState.empty(0, detectors, defences))
+        return cls._of([], np.zeros(0, np.int32), Table(Tracks, 0).now, OutcomeState.empty(0, detectors, defences))
 
     @classmethod
     def at(cls, rows: Ints, tracks: Tracks, state: OutcomeState, journeys: Sequence[Journey]) -> Self:

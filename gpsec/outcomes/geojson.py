@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from gpsec.errors import GpsecError
+from gpsec.core.errors import GpsecError
 
 # Geometry of each kind of feature, and the fewest points of its lines.
 _GEOMETRIES = {"lane": ("LineString", 2), "zone": ("Polygon", 3)}

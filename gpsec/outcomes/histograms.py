@@ -11,8 +11,8 @@ from math import frexp
 
 import numpy as np
 
-from gpsec.arrays import Flags, Floats, Ints, Longs
-from gpsec.kernels import inline, kernel
+from gpsec.core.arrays import Flags, Floats, Ints, Longs
+from gpsec.core.kernels import inline, kernel
 
 PER_OCTAVE = 128
 LOWEST_OCTAVE, HIGHEST_OCTAVE = -20, 20

@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from gpsec.errors import GpsecError, shown
+from gpsec.core.errors import GpsecError, shown
 from gpsec.outcomes.digests import DIGESTS
 from gpsec.outcomes.tables import MANIFEST
 

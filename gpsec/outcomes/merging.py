@@ -4,7 +4,7 @@ import json
 import shutil
 from pathlib import Path
 
-from gpsec.errors import GpsecError, shown
+from gpsec.core.errors import GpsecError, shown
 from gpsec.outcomes.digests import DIGESTS, table_digests
 from gpsec.outcomes.tables import MANIFEST, MAP, STEPS, TABLES, whole
 

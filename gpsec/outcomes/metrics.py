@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gpsec.arrays import Flags, Floats
+from gpsec.core.arrays import Flags, Floats
 
 Numbers = NDArray[np.floating[Any]] | NDArray[np.integer[Any]]
 

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from gpsec.arrays import Floats, Ints
-from gpsec.geo import Projector
-from gpsec.kernels import kernel
+from gpsec.core.arrays import Floats, Ints
+from gpsec.core.geo import Projector
+from gpsec.core.kernels import kernel
 from gpsec.outcomes.events import ClosedTracks
 from gpsec.outcomes.state import OUT_OF_LANE
 from gpsec.outcomes.study import Study

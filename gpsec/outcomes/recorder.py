@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from gpsec.arrays import Floats, Ints
-from gpsec.fleet import Tracks
-from gpsec.geo import Projector
+from gpsec.core.arrays import Floats, Ints
+from gpsec.core.geo import Projector
+from gpsec.core.threads import Threads
 from gpsec.hdmap.arrays import LaneSides
 from gpsec.outcomes.accumulate import add_alarms, add_errors
 from gpsec.outcomes.bands import add_bands, empty_bands, stride
@@ -19,7 +19,7 @@ from gpsec.outcomes.state import OutcomeState
 from gpsec.outcomes.study import Study
 from gpsec.outcomes.tables import write_tables
 from gpsec.outcomes.view import StepView
-from gpsec.threads import Threads
+from gpsec.types.tracks import Tracks
 
 # Times that tracks are closed until what was kept of them is joined.
 _JOINED_AT_ONCE = 256

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from gpsec.arrays import Flags, Floats, Ints
+from gpsec.core.arrays import Flags, Floats, Ints
 from gpsec.outcomes.events import ClosedTracks
 from gpsec.outcomes.metrics import Figures, Numbers, rmse
 from gpsec.outcomes.state import ALL, ALONG, ATTACK, CROSS, FALSE, FN, FP, LIFE, OUTCOMES, TN, TP, X, Y, worst

@@ -5,8 +5,8 @@ from typing import Self
 
 import numpy as np
 
-from gpsec.arrays import Flags, Floats, Ints
-from gpsec.fleet import Rows
+from gpsec.core.arrays import Flags, Floats, Ints
+from gpsec.core.tables import Rows
 
 # Last axis of `counts`.
 TP, FP, FN, TN = 0, 1, 2, 3

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from gpsec.errors import GpsecError, shown
+from gpsec.core.errors import GpsecError, shown
 from gpsec.outcomes.tables import MANIFEST
 
 _Number = Annotated[float, Field(allow_inf_nan=False, ge=-1e15, le=1e15)]

@@ -5,7 +5,7 @@ from pathlib import Path
 import pandas as pd
 import pyarrow as pa
 
-from gpsec.errors import GpsecError, shown
+from gpsec.core.errors import GpsecError, shown
 
 _TEXTS = ("vehicle_id", "plan", "lane")
 _FLAGS = ("settled", "attacked")

@@ -10,11 +10,11 @@ import numpy as np
 import pyarrow as pa
 from pyarrow import parquet
 
-from gpsec.arrays import Flags, Floats
-from gpsec.fleet import Measurements
-from gpsec.geo import Projector
+from gpsec.core.arrays import Flags, Floats
+from gpsec.core.geo import Projector
 from gpsec.outcomes.tables import whole
 from gpsec.outcomes.view import StepView
+from gpsec.types.vehicles import Measurements
 
 # Rows that are held before they are written, as one row group.
 ROWS_AT_ONCE = 100_000

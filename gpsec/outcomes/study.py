@@ -5,8 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
-from gpsec.arrays import Floats, Ints
-from gpsec.fleet import SAMPLE_S
+from gpsec.core.arrays import Floats, Ints
+from gpsec.types.tracks import SAMPLE_S
 
 
 @dataclass(frozen=True)

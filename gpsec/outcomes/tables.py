@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from gpsec.arrays import Ints, Longs
-from gpsec.geo import Projector
+from gpsec.core.arrays import Ints, Longs
+from gpsec.core.geo import Projector
 from gpsec.outcomes.aggregates import detection_table, localization_table, safety_table
 from gpsec.outcomes.bands import bands_table
 from gpsec.outcomes.bootstrap import Bootstrap

@@ -2,8 +2,9 @@
 
 from dataclasses import dataclass
 
-from gpsec.arrays import Flags, Floats, Ints
-from gpsec.fleet import Tracks, Vehicles
+from gpsec.core.arrays import Flags, Floats, Ints
+from gpsec.types.tracks import Tracks
+from gpsec.types.vehicles import Vehicles
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pandas as pd
 
+from gpsec.core.progress import Progress
 from gpsec.outcomes.digests import DIGESTS, table_digests
 from gpsec.outcomes.tables import FLOAT_FORMAT, MANIFEST, whole
 from gpsec.pipeline.consistency import measure
 from gpsec.pipeline.fingerprint import fingerprint
-from gpsec.progress import Progress
 from gpsec.scenario import Scenario
 
 TABLE = "consistency.csv"

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from gpsec.core.progress import Progress
 from gpsec.outcomes.paper import TABLES_II_TO_IV
 from gpsec.outcomes.tables import whole
 from gpsec.paper import figures, manifest, page, pool, tables
@@ -14,7 +15,6 @@ from gpsec.paper.pinning import pin
 from gpsec.paper.runs import Runs
 from gpsec.paper.studies import CONSTANT, CROWDED, EVALUATION, FURTHER_RATES, SET_UPS, STEALTH, TRAINING, Studies
 from gpsec.paper.suite import run_missing
-from gpsec.progress import Progress
 
 Report = Callable[[Progress], None]
 # Folder of the runs, below that of the tables.

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gpsec.errors import GpsecError
+from gpsec.core.errors import GpsecError
 from gpsec.outcomes.paper import TABLE_I
 from gpsec.paper import pool
 from gpsec.paper.studies import NONE, PIN_DELTAS, SET_UPS, Pinned, target_m

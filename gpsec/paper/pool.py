@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from gpsec.arrays import Floats
+from gpsec.core.arrays import Floats
 from gpsec.outcomes import metrics
 from gpsec.outcomes.bootstrap import Bootstrap
 from gpsec.outcomes.metrics import Figures

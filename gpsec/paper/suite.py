@@ -3,8 +3,8 @@
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from gpsec.progress import Progress
-from gpsec.run import Run, run_scenarios
+from gpsec.core.progress import Progress
+from gpsec.running.workers import Run, run_scenarios
 from gpsec.scenario import Scenario
 
 
@@ -17,7 +17,7 @@ def run_missing(
 ) -> list[Path]:
     """Run every scenario into ``folder/<name>`` unless it is there already; return the folders in their order.
 
-    `run` takes the place of the pipeline, as in `gpsec.run.run_scenarios`.
+    `run` takes the place of the pipeline, as in `gpsec.running.workers.run_scenarios`.
 
     What has finished is kept when a run fails or the user interrupts, so that the same call goes on from there.
 

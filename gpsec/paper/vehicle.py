@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from pyarrow import parquet
 
-from gpsec.errors import GpsecError
+from gpsec.core.errors import GpsecError
 from gpsec.hdmap.map import load_map
 from gpsec.outcomes.tables import MANIFEST, STEPS, read_table
 from gpsec.paper.plotting import COLOURS, canvas

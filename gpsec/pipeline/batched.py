@@ -1,18 +1,23 @@
 """The batched engine: residual, detectors and filters of all tracks at once."""
 
 from collections.abc import Sequence
+from typing import Any
 
-from gpsec.arrays import Ints
+from gpsec.core.arrays import Ints
+from gpsec.core.stopwatch import Stopwatch
+from gpsec.core.tables import Rows, Table
+from gpsec.core.threads import Threads
 from gpsec.detection.alarm import AlarmState
 from gpsec.detection.base import LabelledDetector, Observation, Verdict
 from gpsec.detection.pairing import Samples
 from gpsec.detection.residual import MapView, Residuals
-from gpsec.engine import Answers, Stopwatch, Watchers
-from gpsec.fleet import Measurements, Rows, Tracks, Vehicles
+from gpsec.detection.watchers import Watchers
 from gpsec.localization.responses import World
 from gpsec.localization.state import FilterState, report
 from gpsec.localization.switch import Localization
-from gpsec.threads import Threads
+from gpsec.types.answers import Answers
+from gpsec.types.tracks import Tracks
+from gpsec.types.vehicles import Measurements, Vehicles
 
 
 class BatchedMethod:
@@ -29,11 +34,17 @@ class BatchedMethod:
         ]
         self._filters: FilterState = localization.new_state(1)
         self._journey = localization.new_journey()
-        self.answers = Answers.empty(1, len(watchers.names), len(localization.responses))
+        lengths = {"detectors": len(watchers.names), "defences": len(localization.responses)}
+        self._answers = Table(Answers, **lengths)
 
-    def _states(self) -> Sequence[Rows]:
+    @property
+    def answers(self) -> Answers:
+        """What was found in the last step."""
+        return self._answers.now
+
+    def _states(self) -> Sequence[Rows | Table[Any]]:
         return [
-            self.answers,
+            self._answers,
             self._samples,
             self._filters,
             *(state for state in self._detector_states if state is not None),

@@ -11,18 +11,18 @@ from gpsec.attacks.schedule import Plan, build_plans
 from gpsec.attacks.zones import plans_from_zones, zone_keys
 from gpsec.detection.models import build_detectors, load, thresholds_for
 from gpsec.detection.pairing import Sampling
-from gpsec.engine import Watchers
+from gpsec.detection.watchers import Watchers
 from gpsec.hdmap.map import HDMap, load_map
 from gpsec.hdmap.search import MODES
 from gpsec.localization.noise_table import noise_table
 from gpsec.localization.registry import RESPONSES
 from gpsec.localization.responses import World
 from gpsec.localization.switch import Localization, SwitchSettings
-from gpsec.parts import use
 from gpsec.pipeline.filter_noise import filter_noise
 from gpsec.pipeline.fleet_choice import FleetChoice, run_profiles
 from gpsec.scenario import Scenario
 from gpsec.scenario.choices import BOUNDS
+from gpsec.scenario.parts import use
 from gpsec.scenario.traffic import sumo_options
 from gpsec.sensors.profiles import SensorProfile, residual_sigma_m
 from gpsec.sensors.registry import PROFILES

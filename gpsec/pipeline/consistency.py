@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from gpsec.arrays import Floats, Ints
 from gpsec.attacks.plans import plan_config
-from gpsec.engine import Stopwatch
-from gpsec.fleet import Measurements, Tracks, Vehicles
+from gpsec.core.arrays import Floats, Ints
+from gpsec.core.stopwatch import Stopwatch
+from gpsec.core.threads import Threads
 from gpsec.localization.consistency import Consistency, along_and_across, consistency, nees, nis
 from gpsec.pipeline.batched import BatchedMethod
 from gpsec.pipeline.build import lay_ground, make_localization, make_plans, make_watchers
@@ -21,8 +21,9 @@ from gpsec.pipeline.convoy import Convoy
 from gpsec.scenario import Scenario, load_scenario
 from gpsec.scenario.sections import Defence
 from gpsec.sensors.registry import PROFILES
-from gpsec.threads import Threads
 from gpsec.traffic.remote import RemoteSession
+from gpsec.types.tracks import Tracks
+from gpsec.types.vehicles import Measurements, Vehicles
 
 # An attack that displaces nothing: it only tells the oracle to isolate.
 _ALARM = {"attack": "constant_bias", "name": "alarm", "bias_m": 1e-12, "share": 1.0, "duration_s": [30.0, 30.0]}

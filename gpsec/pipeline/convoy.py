@@ -2,23 +2,27 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from gpsec import noise
-from gpsec.arrays import Flags, Ints
 from gpsec.attacks.base import Victims
 from gpsec.attacks.deviation import note_deviation
 from gpsec.attacks.history import FixHistory
 from gpsec.attacks.schedule import Clock, Plan, Schedule, needed_memory_s
-from gpsec.engine import Method, Stopwatch
-from gpsec.fleet import Measurements, Rows, Slots, Tracks, Vehicles
+from gpsec.core import noise
+from gpsec.core.arrays import Flags, Ints
+from gpsec.core.stopwatch import Stopwatch
+from gpsec.core.tables import Rows, Slots, Table
+from gpsec.core.threads import Threads
 from gpsec.hdmap.map import HDMap
 from gpsec.hdmap.matching import locate
 from gpsec.sensors.sense import Sensors
-from gpsec.threads import Threads
 from gpsec.traffic.body import advance, axle_distance
 from gpsec.traffic.source import Departure, Frame
+from gpsec.types.method import Method
+from gpsec.types.tracks import Tracks
+from gpsec.types.vehicles import Measurements, Vehicles
 
 
 @dataclass(frozen=True)
@@ -49,7 +53,6 @@ class Convoy:
     """Truth, sensors and spoofed fixes of all vehicles, step by step.
 
     Attributes:
-        vehicles, seen, tracks: the fleet's arrays.
         roll: who each vehicle row in use stands for.
         track_rows: rows in use, ascending.
         attacks: attacks begun so far, for each plan.
@@ -73,9 +76,9 @@ class Convoy:
         threads: Threads,
         watch: Stopwatch,
     ) -> None:
-        self.vehicles = Vehicles.empty(1)
-        self.seen = Measurements.empty(1)
-        self.tracks = Tracks.empty(1)
+        self._vehicles = Table(Vehicles)
+        self._seen = Table(Measurements)
+        self._tracks = Table(Tracks)
         self.roll: dict[int, Roll] = {}
         self.track_rows: Ints = np.zeros(0, np.int32)
         self.attacks = [0] * len(plans)
@@ -98,6 +101,21 @@ class Convoy:
         self._slots = Slots()
         self._tracks_of: dict[int, list[int]] = {}
         self._used = np.zeros(1, np.bool_)
+
+    @property
+    def vehicles(self) -> Vehicles:
+        """Truth of the vehicles."""
+        return self._vehicles.now
+
+    @property
+    def seen(self) -> Measurements:
+        """What their sensors gave in this step."""
+        return self._seen.now
+
+    @property
+    def tracks(self) -> Tracks:
+        """Each vehicle under each plan."""
+        return self._tracks.now
 
     def step(self, frame: Frame) -> None:
         """Take in one step of the traffic and run the method on it."""
@@ -228,6 +246,7 @@ class Convoy:
                     state.copy(source, forked)
                 self._method.copy(source, forked)
                 self._attack_states[number - 1].reset(forked)
+                tracks = self.tracks  # the table may have grown
                 tracks.plan[forked] = number
                 tracks.attacked[forked] = True
                 tracks.start_step[forked] = step
@@ -276,7 +295,7 @@ class Convoy:
 
     def _new_tracks(self, vehicle_rows: Ints) -> Ints:
         taken = [self._slots.take() for _ in range(len(vehicle_rows))]
-        if self._slots.used > self.tracks.capacity:
+        if self._slots.used > self._tracks.capacity:
             capacity = 2 * self._slots.used
             for state in self._track_states():
                 state.grow(capacity)
@@ -291,15 +310,15 @@ class Convoy:
         return rows
 
     def _make_room(self, vehicle_rows: int) -> None:
-        if vehicle_rows > self.vehicles.capacity:
+        if vehicle_rows > self._vehicles.capacity:
             for rows in self._vehicle_states():
                 rows.grow(2 * vehicle_rows)
 
     def _refresh_rows(self) -> None:
         self.track_rows = np.flatnonzero(self._used).astype(np.int32)
 
-    def _vehicle_states(self) -> list[Rows]:
-        return [self.vehicles, self.seen, self._sensor_state, self._history, *self._schedules]
+    def _vehicle_states(self) -> list[Rows | Table[Any]]:
+        return [self._vehicles, self._seen, self._sensor_state, self._history, *self._schedules]
 
-    def _track_states(self) -> list[Rows]:
-        return [self.tracks, *self._outcome_rows]
+    def _track_states(self) -> list[Rows | Table[Any]]:
+        return [self._tracks, *self._outcome_rows]

@@ -9,16 +9,15 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from gpsec import parts
 from gpsec.attacks.registry import ATTACKS
+from gpsec.core.errors import GpsecError
+from gpsec.core.registry import Registry
+from gpsec.core.sources import ABOVE
 from gpsec.detection.registry import DETECTORS
-from gpsec.errors import GpsecError
 from gpsec.localization.registry import RESPONSES
-from gpsec.registry import Registry
-from gpsec.scenario import Scenario
+from gpsec.scenario import Scenario, parts
 from gpsec.scenario.traffic import sumo_options
 from gpsec.sensors.registry import PROFILES
-from gpsec.sources import ABOVE
 from gpsec.traffic.input_files import input_files
 
 # Settings that change what a run costs, and nothing in its tables.

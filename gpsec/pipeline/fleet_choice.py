@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from itertools import accumulate
 from typing import Self
 
-from gpsec import noise
-from gpsec.errors import GpsecError, nearest, shown
+from gpsec.core import noise
+from gpsec.core.errors import GpsecError, nearest, shown
 from gpsec.traffic.names import first_life
 from gpsec.traffic.source import Departure
 

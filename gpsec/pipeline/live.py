@@ -6,9 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from gpsec.arrays import Floats, Ints
-from gpsec.errors import GpsecError, nearest, shown
-from gpsec.fleet import Tracks, Vehicles
+from gpsec.core.arrays import Floats, Ints
+from gpsec.core.errors import GpsecError, nearest, shown
 from gpsec.outcomes.state import OUT_OF_LANE, OutcomeState
 from gpsec.outcomes.study import Study
 from gpsec.outcomes.view import StepView
@@ -19,6 +18,8 @@ from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.remote import RemoteSession
 from gpsec.traffic.source import Equip
 from gpsec.traffic.window import Colour, Look, Outline
+from gpsec.types.tracks import Tracks
+from gpsec.types.vehicles import Vehicles
 
 CLEAN, UNSEEN, DETECTED, FALSE_ALARM, LEFT_LANE = range(5)
 # Okabe and Ito's palette, which colour-blind people tell apart: green, orange, sky blue, yellow, vermilion.
@@ -36,7 +37,7 @@ DELAY_MS = 50.0
 
 @dataclass(frozen=True)
 class LiveRun:
-    """What `gpsec.run.run_scenarios` calls for a run that is shown.
+    """What `gpsec.running.workers.run_scenarios` calls for a run that is shown.
 
     Attributes:
         plan: name of the attack plan that is shown, None for the first one.

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import shapely
 
-from gpsec.arrays import Floats
 from gpsec.attacks.schedule import Plan
 from gpsec.attacks.zones import Zone
-from gpsec.geo import Projector
+from gpsec.core.arrays import Floats
+from gpsec.core.geo import Projector
 from gpsec.hdmap.map import HDMap
 from gpsec.outcomes.tables import MAP, whole
 

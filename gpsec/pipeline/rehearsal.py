@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from gpsec.arrays import Ints
-from gpsec.fleet import Measurements, Tracks, Vehicles
+from gpsec.core.arrays import Ints
+from gpsec.core.tables import Table
 from gpsec.localization.responses import Cells
 from gpsec.pipeline.build import lay_ground, make_localization, make_watchers
 from gpsec.pipeline.run import run_scenario
@@ -14,6 +14,8 @@ from gpsec.scenario import Scenario
 from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.source import Departure, Equip, Frame
 from gpsec.traffic.standin import StandIn
+from gpsec.types.tracks import Tracks
+from gpsec.types.vehicles import Measurements, Vehicles
 
 # Attacks begin in the second step and end in the third; then everybody leaves.
 STEPS = 4
@@ -79,8 +81,8 @@ def _correct(scenario: Scenario) -> None:
     first = np.zeros(1, np.int32)
     cells = Cells(first, first, np.zeros(1, np.bool_))
     for response in localization.responses:
-        filters, tracks, vehicles = localization.new_state(1), Tracks.empty(1), Vehicles.empty(1)
-        response.correct(cells, filters, tracks, vehicles, Measurements.empty(1), ground.world)
+        filters, tracks, vehicles = localization.new_state(1), Table(Tracks, 1).now, Table(Vehicles, 1).now
+        response.correct(cells, filters, tracks, vehicles, Table(Measurements, 1).now, ground.world)
         if response.rolls_back:
             journey, recall = localization.new_journey(), localization.recall
             response.rewind(cells, filters, journey, tracks, vehicles, ground.world, recall)

@@ -5,8 +5,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from gpsec.errors import shown
-from gpsec.fleet import Vehicles
+from gpsec.core.errors import shown
 from gpsec.hdmap.map import HDMap
 from gpsec.outcomes.events import ClosedTracks
 from gpsec.outcomes.recorder import Outcomes
@@ -15,6 +14,7 @@ from gpsec.outcomes.study import Study
 from gpsec.pipeline.convoy import Convoy
 from gpsec.pipeline.manifest import Counts
 from gpsec.traffic.source import Frame
+from gpsec.types.vehicles import Vehicles
 
 # Where more than this share of the rows are further ones of the same vehicles, counts of rows mislead.
 _MANY_ROWS = 0.1

@@ -9,12 +9,14 @@ from typing import Protocol
 
 from threadpoolctl import threadpool_limits
 
-from gpsec.arrays import Ints
 from gpsec.attacks.plans import NO_ATTACK
-from gpsec.engine import Method, Stopwatch, Watchers
-from gpsec.errors import GpsecError, shown
-from gpsec.fleet import SAMPLE_S
-from gpsec.kernels import load
+from gpsec.core.arrays import Ints
+from gpsec.core.errors import GpsecError, shown
+from gpsec.core.kernels import load
+from gpsec.core.progress import Progress
+from gpsec.core.stopwatch import Stopwatch
+from gpsec.core.threads import Threads
+from gpsec.detection.watchers import Watchers
 from gpsec.outcomes.events import Journey
 from gpsec.outcomes.recorder import Outcomes
 from gpsec.outcomes.state import OutcomeState
@@ -28,14 +30,14 @@ from gpsec.pipeline.fleet_choice import Few
 from gpsec.pipeline.manifest import Counts, write_manifest
 from gpsec.pipeline.mapfile import write_map
 from gpsec.pipeline.remarks import Remarks
-from gpsec.progress import Progress
 from gpsec.scenario import Scenario
-from gpsec.threads import Threads
 from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.remote import RemoteSession
 from gpsec.traffic.source import Equip, TrafficSource
 from gpsec.traffic.stderr import input_warnings
 from gpsec.traffic.zones import ZoneSource
+from gpsec.types.method import Method
+from gpsec.types.tracks import SAMPLE_S
 
 Report = Callable[[Progress], None]
 

@@ -9,6 +9,7 @@ from typing import cast
 
 import numpy as np
 
+from gpsec.core.errors import GpsecError, nearest
 from gpsec.detection.alarm import GAP_S, HOLD_S
 from gpsec.detection.base import Detector, LabelledDetector
 from gpsec.detection.bounds import Never, Oracle
@@ -18,7 +19,6 @@ from gpsec.detection.forecast import CLIP, DELAY, Forecaster
 from gpsec.detection.isolation_forest import WINDOW, IsolationForest
 from gpsec.detection.lstm import DECAYS, Lstm
 from gpsec.detection.lstm_cusum import LstmCusum
-from gpsec.errors import GpsecError, nearest
 from gpsec.reference.forest import PlainForest
 from gpsec.reference.network import PlainNetwork
 from gpsec.reference.sight import Sight

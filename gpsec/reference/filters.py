@@ -5,7 +5,7 @@ from math import cos, exp, pi, sin
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints, UnscentedKalmanFilter
 
-from gpsec.arrays import Floats
+from gpsec.core.arrays import Floats
 from gpsec.localization.noise_table import LASTING_ERROR_S, FilterNoise
 from gpsec.reference.matching import Road
 from gpsec.reference.sight import Sight

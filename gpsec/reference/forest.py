@@ -6,7 +6,7 @@ from typing import Self
 
 import numpy as np
 
-from gpsec.arrays import Floats
+from gpsec.core.arrays import Floats
 from gpsec.detection.learned import Learned
 
 

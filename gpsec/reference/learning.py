@@ -5,7 +5,7 @@ from math import cos, exp, sin, sqrt, tan
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints, UnscentedKalmanFilter
 
-from gpsec.arrays import Floats
+from gpsec.core.arrays import Floats
 from gpsec.localization.noise_table import FilterNoise
 from gpsec.reference.filters import NoLaneError, arc, not_given, wrapped
 from gpsec.reference.matching import Road

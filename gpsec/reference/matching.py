@@ -5,7 +5,7 @@ from math import cos, inf, sin
 import numpy as np
 import shapely
 
-from gpsec.arrays import Floats, Ints
+from gpsec.core.arrays import Floats, Ints
 from gpsec.hdmap.map import HDMap
 
 # Segments that are equally near to within this count as such; the first of them in the map is taken.

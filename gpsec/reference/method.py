@@ -3,9 +3,11 @@
 from copy import deepcopy
 from dataclasses import replace
 
-from gpsec.arrays import Ints
-from gpsec.engine import Answers, Stopwatch, Watchers
-from gpsec.fleet import Measurements, Tracks, Vehicles
+from gpsec.core.arrays import Ints
+from gpsec.core.stopwatch import Stopwatch
+from gpsec.core.tables import Table
+from gpsec.core.threads import Threads
+from gpsec.detection.watchers import Watchers
 from gpsec.hdmap.map import HDMap
 from gpsec.localization.noise_table import FilterNoise
 from gpsec.localization.responses import World
@@ -16,7 +18,9 @@ from gpsec.reference.pairing import Pair, Pairing, Residual
 from gpsec.reference.past import Rules
 from gpsec.reference.sight import Sight
 from gpsec.reference.switch import Helm
-from gpsec.threads import Threads
+from gpsec.types.answers import Answers
+from gpsec.types.tracks import Tracks
+from gpsec.types.vehicles import Measurements, Vehicles
 
 # As `gpsec.hdmap.search` numbers it.
 _TRACKED_MODE = 0
@@ -39,11 +43,9 @@ class ReferenceTrack:
 
 
 class ReferenceMethod:
-    """One plain object for each track, by hand from filterpy, shapely and torch; implements `gpsec.engine.Method`.
+    """One plain object for each track, by hand from filterpy, shapely and torch.
 
-    Attributes:
-        answers: what was found in the last step.
-
+    Implements `gpsec.types.method.Method`.
     """
 
     def __init__(self, hd_map: HDMap, world: World, watchers: Watchers, localization: Localization) -> None:
@@ -62,7 +64,13 @@ class ReferenceMethod:
         self._make_watch = [watch_maker(detector, self._profiles) for detector in watchers.detectors]
         self._tracks: dict[int, ReferenceTrack] = {}
         self._new_helm(0)  # says now, rather than with the first vehicle, what is missing
-        self.answers = Answers.empty(1, len(watchers.names), len(localization.responses))
+        lengths = {"detectors": len(watchers.names), "defences": len(localization.responses)}
+        self._answers = Table(Answers, **lengths)
+
+    @property
+    def answers(self) -> Answers:
+        """What was found in the last step."""
+        return self._answers.now
 
     def track(self, row: int) -> ReferenceTrack:
         """Return the object of a track row in use, for comparisons."""
@@ -70,17 +78,17 @@ class ReferenceMethod:
 
     def grow(self, capacity: int) -> None:
         """Make room for `capacity` track rows."""
-        self.answers.grow(capacity)
+        self._answers.grow(capacity)
 
     def reset(self, rows: Ints) -> None:
         """Begin anew in `rows`."""
-        self.answers.reset(rows)
+        self._answers.reset(rows)
         for row in rows.tolist():
             self._tracks.pop(row, None)
 
     def copy(self, source: Ints, target: Ints) -> None:
         """Let the tracks `target` go on from where the tracks `source` are."""
-        self.answers.copy(source, target)
+        self._answers.copy(source, target)
         for one, other in zip(source.tolist(), target.tolist(), strict=True):
             self._tracks.pop(other, None)
             if one in self._tracks:

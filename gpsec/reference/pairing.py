@@ -5,7 +5,7 @@ from math import inf
 
 import numpy as np
 
-from gpsec.arrays import Floats
+from gpsec.core.arrays import Floats
 from gpsec.detection.pairing import DetectionClock
 from gpsec.reference.filters import arc
 from gpsec.reference.sight import Sight

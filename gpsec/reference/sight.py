@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from gpsec.arrays import Floats
+from gpsec.core.arrays import Floats
 
 
 @dataclass(frozen=True)

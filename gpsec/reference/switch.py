@@ -5,15 +5,15 @@ from math import cos, inf, sin, sqrt
 
 import numpy as np
 
-from gpsec.arrays import Floats
-from gpsec.errors import GpsecError, nearest
-from gpsec.fleet import SAMPLE_S
+from gpsec.core.arrays import Floats
+from gpsec.core.errors import GpsecError, nearest
 from gpsec.reference.filters import CameraUkf, GnssEkf
 from gpsec.reference.learning import LaneUkf, LearningEkf
 from gpsec.reference.matching import Road
 from gpsec.reference.pairing import Residual
 from gpsec.reference.past import Past, Rules, heading_before, isolated
 from gpsec.reference.sight import Sight
+from gpsec.types.tracks import SAMPLE_S
 
 RESPONSES = ("none", "dead_reckoning", "ukf", "rollback", "ukf5", "ukf5_rollback")
 _SIGMAS = 3.0

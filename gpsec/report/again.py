@@ -9,13 +9,13 @@ from typing import Any
 import pandas as pd
 from pydantic import ValidationError
 
-from gpsec.errors import GpsecError, shown
+from gpsec.core.errors import GpsecError, shown
+from gpsec.core.progress import Progress
+from gpsec.core.threads import cores
 from gpsec.outcomes.tables import STEPS, read_table
-from gpsec.progress import Progress
-from gpsec.results import Results
-from gpsec.run import run_scenarios
+from gpsec.running.results import Results
+from gpsec.running.workers import run_scenarios
 from gpsec.scenario import Scenario
-from gpsec.threads import cores
 from gpsec.traffic.config import is_file
 
 Tell = Callable[[Progress], None]

@@ -13,7 +13,7 @@ from gpsec.report.page import render, write
 from gpsec.report.paired import FALSE_ALARMS, comparison, pairs
 from gpsec.report.tables import Cell, Row, Table
 from gpsec.report.words import figure, interval
-from gpsec.results import Results
+from gpsec.running.results import Results
 
 COMPARISON = "comparison.html"
 

@@ -6,10 +6,10 @@ from typing import Any
 
 import pandas as pd
 
-from gpsec.errors import GpsecError, nearest, shown
+from gpsec.core.errors import GpsecError, nearest, shown
 from gpsec.report.figures import UNDEFENDED
 from gpsec.report.frame import group_name
-from gpsec.results import Results
+from gpsec.running.results import Results
 from gpsec.scenario.choices import BOUNDS
 
 

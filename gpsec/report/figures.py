@@ -4,7 +4,7 @@ import numpy as np
 
 from gpsec.outcomes.state import OUTCOMES
 from gpsec.report.frame import Figure, Series, colours, group_name, grouped
-from gpsec.results import Results
+from gpsec.running.results import Results
 from gpsec.scenario.choices import BOUNDS
 
 UNDEFENDED = "never+none"

@@ -7,7 +7,7 @@ from typing import Any
 import pandas as pd
 
 from gpsec.outcomes.tables import whole
-from gpsec.results import Results
+from gpsec.running.results import Results
 
 PLACES = "places.geojson"
 

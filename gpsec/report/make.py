@@ -17,7 +17,7 @@ from gpsec.report.told import facts
 from gpsec.report.traces import trace_figures
 from gpsec.report.verdict import verdicts
 from gpsec.report.words import seconds
-from gpsec.results import Results
+from gpsec.running.results import Results
 
 REPORT = "report.html"
 

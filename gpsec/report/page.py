@@ -11,8 +11,8 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 from markupsafe import Markup
 
-from gpsec.caches import plotly_file, read
-from gpsec.caches import write as keep
+from gpsec.core.caches import plotly_file, read
+from gpsec.core.caches import write as keep
 from gpsec.outcomes.tables import whole
 
 _ASSETS = files("gpsec.report") / "assets"

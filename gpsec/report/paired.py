@@ -5,12 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from gpsec.arrays import Floats
-from gpsec.errors import GpsecError
+from gpsec.core.arrays import Floats
+from gpsec.core.errors import GpsecError
 from gpsec.outcomes.bootstrap import Bootstrap
 from gpsec.outcomes.metrics import Figures, percentile_interval, ratio
 from gpsec.outcomes.state import OUT_OF_LANE, OUTCOMES
-from gpsec.results import Results
+from gpsec.running.results import Results
 
 _KEYS = ["scenario", "vehicle_id", "attack", "defence"]
 _GROUP = ["scenario", "profile", "attack", "defence"]

@@ -11,7 +11,7 @@ from gpsec.outcomes.state import OUTCOMES
 from gpsec.report.figures import UNDEFENDED, defences_of
 from gpsec.report.frame import group_name
 from gpsec.report.words import EMPTY, figure, interval
-from gpsec.results import Results
+from gpsec.running.results import Results
 from gpsec.scenario.choices import BOUNDS
 
 _RATES = {

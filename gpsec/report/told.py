@@ -10,7 +10,7 @@ from rich.text import Text
 
 from gpsec.report.chosen import Story
 from gpsec.report.words import EMPTY, figure
-from gpsec.results import Results
+from gpsec.running.results import Results
 
 _LEVELS = "▁▂▃▄▅▆▇█"
 _WIDTH = 66

@@ -10,7 +10,7 @@ import pandas as pd
 from gpsec.report.chosen import Story
 from gpsec.report.figures import UNDEFENDED, defences_of, detectors_of
 from gpsec.report.frame import Figure, Series, colours
-from gpsec.results import Results
+from gpsec.running.results import Results
 
 # What is shown of a journey before and after the attack.
 BEFORE_S, AFTER_S = 10.0, 20.0

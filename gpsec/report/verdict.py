@@ -9,7 +9,7 @@ import pandas as pd
 from gpsec.report.figures import UNDEFENDED, defences_of
 from gpsec.report.frame import group_name
 from gpsec.report.words import figure, interval
-from gpsec.results import Results
+from gpsec.running.results import Results
 from gpsec.scenario.choices import BOUNDS
 
 Record = dict[Hashable, Any]

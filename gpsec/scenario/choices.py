@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from gpsec.errors import nearest, shown
+from gpsec.core.errors import nearest, shown
 
 # Defences only, not scored detectors: told the truth, and never in alarm.
 BOUNDS = ("never", "oracle")

@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from gpsec.attacks.plans import PlanConfig, plan_config
-from gpsec.errors import GpsecError, shown
+from gpsec.core.errors import GpsecError, shown
 from gpsec.scenario.defaults import default_list
 from gpsec.scenario.model import MAX_NAME, NAME, Scenario
 from gpsec.scenario.outside import NOTHING, Outside, load_parts

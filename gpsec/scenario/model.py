@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, field_serializer, field_validator, model_validator
 
 from gpsec.attacks.plans import MAX_TIME_S, PlanConfig
-from gpsec.errors import shown
+from gpsec.core.errors import shown
 from gpsec.scenario import choices
 from gpsec.scenario.defaults import default_list
 from gpsec.scenario.outside import load_parts
@@ -129,7 +129,7 @@ class Scenario(Section):
 
     @field_serializer("parts")
     def _portable_parts(self, references: tuple[str, ...]) -> list[str]:
-        from gpsec.parts import relocate
+        from gpsec.scenario.parts import relocate
 
         return [relocate(reference, lambda place: portable(Path(place))) for reference in references]
 

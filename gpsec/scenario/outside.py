@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from gpsec.errors import GpsecError, shown
+from gpsec.core.errors import GpsecError, shown
 from gpsec.scenario.paths import UNUSABLE, expand, reason
 
 
@@ -34,7 +34,7 @@ def load_parts(references: Sequence[str], folder: Path, *, allow_code: bool) -> 
     Raises:
         ValueError: one is code that may not be loaded, or cannot be loaded.
     """
-    from gpsec import parts  # late: it knows all parts that there are
+    from gpsec.scenario import parts  # late: it knows all parts that there are
 
     try:
         whole = tuple(parts.relocate(text, lambda place: str(expand(place, folder))) for text in references)

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from gpsec.errors import GpsecError, nearest, shown
+from gpsec.core.errors import GpsecError, nearest, shown
 
 Key = tuple[str | int, ...]
 

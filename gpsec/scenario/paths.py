@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from gpsec import shipped
-from gpsec.errors import GpsecError, nearest, shown
-from gpsec.sumohome import sumo_home
+from gpsec.core import shipped
+from gpsec.core.errors import GpsecError, nearest, shown
+from gpsec.sumo.home import sumo_home
 
 TOML_NAME = "gpsec.toml"
 

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator
 
 from gpsec.attacks.plans import MAX_TIME_S
-from gpsec.errors import shown
+from gpsec.core.errors import shown
 from gpsec.scenario import choices
 
 

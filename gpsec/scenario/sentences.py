@@ -7,7 +7,7 @@ from typing import Annotated, Any, Union, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from gpsec.errors import nearest, shown
+from gpsec.core.errors import nearest, shown
 from gpsec.scenario.overrides import Key, Override
 
 _EXPECTED = {

@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 import shapely.ops
 
-from gpsec.errors import GpsecError
+from gpsec.core.errors import GpsecError
 from gpsec.hdmap.net import Lane
 
 # The example zone: this much on either side of the lane, along the middle half of it but no longer than this.

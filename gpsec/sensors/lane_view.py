@@ -2,7 +2,7 @@
 
 from math import cos, sqrt, tan
 
-from gpsec.kernels import inline
+from gpsec.core.kernels import inline
 
 # Diagonal of the inverse of the 4 x 4 Hilbert matrix, over its first element: the relative variances of C0 … C3
 # of a cubic fitted by least squares to equally spaced points on [0, 1].

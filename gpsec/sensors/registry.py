@@ -1,6 +1,6 @@
 """The sensor profiles that can be chosen by name. Figures come from sources, never from fitting a score."""
 
-from gpsec.registry import Registry
+from gpsec.core.registry import Registry
 from gpsec.sensors import sources as s
 from gpsec.sensors.profiles import Camera, Gnss, Gyro, Heading, Odometer, SensorProfile
 

@@ -3,23 +3,16 @@
 from dataclasses import dataclass
 from functools import cached_property
 from math import ceil, floor
-from typing import TypeVar
 
-from gpsec.arrays import Ints
-from gpsec.errors import GpsecError
-from gpsec.fleet import Measurements, Rows, Vehicles
+from gpsec.core.arrays import Ints
+from gpsec.core.errors import GpsecError
+from gpsec.core.tables import Table
+from gpsec.core.threads import Threads
 from gpsec.sensors.profiles import SensorProfile
 from gpsec.sensors.sense_kernels import enter_rows, sense_rows
 from gpsec.sensors.state import SensorState
 from gpsec.sensors.table import LATENCY, ProfileTable, pack
-from gpsec.sensors.views import Memory, Samples, Truth
-from gpsec.threads import Threads
-
-V = TypeVar("V", Truth, Memory, Samples)
-
-
-def _view(view: type[V], rows: Rows) -> V:
-    return view(*(getattr(rows, name) for name in view._fields))
+from gpsec.types.vehicles import Measurements, Vehicles
 
 
 @dataclass(frozen=True)
@@ -47,25 +40,25 @@ class Sensors:
         """The profiles as arrays for kernels."""
         return pack(self.profiles, self.step_s)
 
-    def new_state(self, capacity: int) -> SensorState:
+    def new_state(self, capacity: int) -> Table[SensorState]:
         """Return the sensors' own arrays for `capacity` vehicle rows."""
         table = self.table
         carried = max(channel[:, LATENCY].max() for channel in (table.gnss, table.camera, table.heading))
         window = max(channel[:, LATENCY].max() for channel in (table.odometer, table.gyro))
-        return SensorState.empty(capacity, slip_steps=ceil(carried) + 1, motion_steps=floor(window) + 2)
+        return Table(SensorState, capacity, slip_steps=ceil(carried) + 1, motion_steps=floor(window) + 2)
 
-    def enter(self, state: SensorState, vehicles: Vehicles, rows: Ints, step: int) -> None:
+    def enter(self, state: Table[SensorState], vehicles: Vehicles, rows: Ints, step: int) -> None:
         """Give `rows` to vehicles that enter: forget all, and draw their biases, constants and lasting outages.
 
         What is constant for a vehicle depends on its key alone, the rest on its key and the `step` of entry.
         `vehicles.key` and `vehicles.profile` must be set.
         """
         state.reset(rows)
-        enter_rows(rows, step, _view(Truth, vehicles), self.table, _view(Memory, state))
+        enter_rows(rows, step, vehicles, self.table, state.now)
 
     def sense(
         self,
-        state: SensorState,
+        state: Table[SensorState],
         vehicles: Vehicles,
         measurements: Measurements,
         rows: Ints,
@@ -77,5 +70,4 @@ class Sensors:
         To be called once in every step between `enter` and departure. Draws are counted by `step`, the number
         of the step in the run (from 0). Where a sample is missing, its mask is false and its value the last one.
         """
-        truth, memory, samples = _view(Truth, vehicles), _view(Memory, state), _view(Samples, measurements)
-        threads.run(sense_rows, rows, step, self.step_s, truth, self.table, memory, samples)
+        threads.run(sense_rows, rows, step, self.step_s, vehicles, self.table, state.now, measurements)

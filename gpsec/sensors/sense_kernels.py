@@ -4,11 +4,11 @@ from math import cos, floor, sin, sqrt, tan
 
 import numpy as np
 
-from gpsec import noise
-from gpsec.arrays import Floats, Ints
-from gpsec.geo import dead_reckon, wrap_angle
-from gpsec.kernels import inline, kernel
-from gpsec.noise import normal, uniform
+from gpsec.core import noise
+from gpsec.core.arrays import Floats, Ints
+from gpsec.core.geo import dead_reckon, wrap_angle
+from gpsec.core.kernels import inline, kernel
+from gpsec.core.noise import normal, uniform
 from gpsec.sensors.lane_view import fit_sigmas, lane_polynomial, view_length_m
 from gpsec.sensors.state import (
     CAMERA,
@@ -23,6 +23,7 @@ from gpsec.sensors.state import (
     SPEED,
     TURN,
     YAW_RATE,
+    SensorState,
 )
 from gpsec.sensors.table import (
     BIAS,
@@ -39,7 +40,7 @@ from gpsec.sensors.table import (
     WHITE,
     ProfileTable,
 )
-from gpsec.sensors.views import Memory, Samples, Truth
+from gpsec.types.vehicles import Measurements, Vehicles
 
 # Counters of draws that belong to no step of the run (those count from 0): what is constant for a vehicle, and what
 # it enters with, which is counted from here by the step of entry.
@@ -84,7 +85,7 @@ def starts_out(key: np.uint64, channel: int, entry: int, table: Floats, p: int) 
 
 
 @kernel
-def enter_rows(rows: Ints, step: int, truth: Truth, table: ProfileTable, mind: Memory) -> None:
+def enter_rows(rows: Ints, step: int, truth: Vehicles, table: ProfileTable, mind: SensorState) -> None:
     """Draw the biases from their stationary distributions, the constants of the vehicle, and lasting outages."""
     gnss, gyro, odometer, heading, camera = table.gnss, table.gyro, table.odometer, table.heading, table.camera
     entry = ENTRY + step
@@ -106,7 +107,7 @@ def enter_rows(rows: Ints, step: int, truth: Truth, table: ProfileTable, mind: M
 
 
 @inline
-def drift(rows: Ints, step: int, truth: Truth, table: ProfileTable, mind: Memory) -> None:
+def drift(rows: Ints, step: int, truth: Vehicles, table: ProfileTable, mind: SensorState) -> None:
     """Advance the Gauss-Markov biases by one step."""
     gnss, gyro, heading, camera = table.gnss, table.gyro, table.heading, table.camera
     for i in range(len(rows)):
@@ -125,7 +126,7 @@ def drift(rows: Ints, step: int, truth: Truth, table: ProfileTable, mind: Memory
 
 
 @inline
-def note_motion(rows: Ints, step: int, truth: Truth, mind: Memory) -> None:
+def note_motion(rows: Ints, step: int, truth: Vehicles, mind: SensorState) -> None:
     """Store the true motion of this step; a vehicle that enters is taken to have moved so before."""
     slots = mind.motion.shape[1]
     for i in range(len(rows)):
@@ -137,7 +138,7 @@ def note_motion(rows: Ints, step: int, truth: Truth, mind: Memory) -> None:
 
 
 @inline
-def moved(mind: Memory, row: int, step: int, column: int, latency: float) -> float:
+def moved(mind: SensorState, row: int, step: int, column: int, latency: float) -> float:
     """Return the mean of a true motion over a window as long as a step that ended `latency` steps ago."""
     slots = mind.motion.shape[1]
     whole = int(latency)
@@ -147,7 +148,7 @@ def moved(mind: Memory, row: int, step: int, column: int, latency: float) -> flo
 
 
 @inline
-def sense_speed(rows: Ints, step: int, truth: Truth, odometer: Floats, mind: Memory, out: Samples) -> None:
+def sense_speed(rows: Ints, step: int, truth: Vehicles, odometer: Floats, mind: SensorState, out: Measurements) -> None:
     """Odometer: the mean speed over a step, late by its latency; held where there is no sample."""
     for i in range(len(rows)):
         row = rows[i]
@@ -163,7 +164,7 @@ def sense_speed(rows: Ints, step: int, truth: Truth, odometer: Floats, mind: Mem
 
 
 @inline
-def sense_yaw_rate(rows: Ints, step: int, truth: Truth, gyro: Floats, mind: Memory, out: Samples) -> None:
+def sense_yaw_rate(rows: Ints, step: int, truth: Vehicles, gyro: Floats, mind: SensorState, out: Measurements) -> None:
     """Gyro: the mean yaw rate over a step, late by its latency; held where there is no sample."""
     for i in range(len(rows)):
         row = rows[i]
@@ -180,7 +181,7 @@ def sense_yaw_rate(rows: Ints, step: int, truth: Truth, gyro: Floats, mind: Memo
 
 @inline
 def sense_heading(
-    rows: Ints, step: int, step_s: float, truth: Truth, heading: Floats, mind: Memory, out: Samples
+    rows: Ints, step: int, step_s: float, truth: Vehicles, heading: Floats, mind: SensorState, out: Measurements
 ) -> None:
     """Heading: yaw as the vehicle knows it; carried on by the gyro over its latency and where there is no sample."""
     for i in range(len(rows)):
@@ -209,7 +210,7 @@ def sense_heading(
 
 
 @inline
-def note_slip(rows: Ints, step: int, step_s: float, truth: Truth, mind: Memory) -> None:
+def note_slip(rows: Ints, step: int, step_s: float, truth: Vehicles, mind: SensorState) -> None:
     """Store by how much the measured motion of this step differs from the true one."""
     slot = step % mind.slip.shape[1]
     for i in range(len(rows)):
@@ -233,7 +234,7 @@ def note_slip(rows: Ints, step: int, step_s: float, truth: Truth, mind: Memory) 
 
 
 @inline
-def sense_fix(rows: Ints, step: int, truth: Truth, gnss: Floats, mind: Memory, out: Samples) -> None:
+def sense_fix(rows: Ints, step: int, truth: Vehicles, gnss: Floats, mind: SensorState, out: Measurements) -> None:
     """GNSS fix of the rear axle, carried on over its latency by odometer, gyro and heading."""
     slots = mind.slip.shape[1]
     for i in range(len(rows)):
@@ -260,7 +261,9 @@ def sense_fix(rows: Ints, step: int, truth: Truth, gnss: Floats, mind: Memory, o
 
 
 @inline
-def sense_lane(rows: Ints, step: int, step_s: float, truth: Truth, camera: Floats, mind: Memory, out: Samples) -> None:
+def sense_lane(
+    rows: Ints, step: int, step_s: float, truth: Vehicles, camera: Floats, mind: SensorState, out: Measurements
+) -> None:
     """Lane polynomial, carried on over its latency by odometer and gyro."""
     slots = mind.slip.shape[1]
     for i in range(len(rows)):
@@ -303,7 +306,7 @@ def sense_lane(rows: Ints, step: int, step_s: float, truth: Truth, camera: Float
 
 @kernel
 def sense_rows(
-    rows: Ints, step: int, step_s: float, truth: Truth, table: ProfileTable, mind: Memory, out: Samples
+    rows: Ints, step: int, step_s: float, truth: Vehicles, table: ProfileTable, mind: SensorState, out: Measurements
 ) -> None:
     """Fill the measurements of `rows` for this step.
 

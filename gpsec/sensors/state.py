@@ -1,12 +1,9 @@
 """What the sensors of a vehicle remember from step to step."""
 
-from dataclasses import dataclass
-from typing import Self
+from typing import NamedTuple
 
-import numpy as np
-
-from gpsec.arrays import Flags, Floats
-from gpsec.fleet import Rows
+from gpsec.core.arrays import Flags, Floats
+from gpsec.core.tables import blank
 
 # Columns of `SensorState.out`.
 GNSS, GYRO, ODOMETER, HEADING, CAMERA = range(5)
@@ -16,8 +13,7 @@ EAST, NORTH, FORWARD, LEFT, TURN = range(5)
 SPEED, YAW_RATE = range(2)
 
 
-@dataclass
-class SensorState(Rows):
+class SensorState(NamedTuple):
     """N vehicle rows.
 
     Attributes:
@@ -36,40 +32,18 @@ class SensorState(Rows):
             the net's frame; FORWARD, LEFT and TURN (rad) in the vehicle's frame at the step's end.
     """
 
-    started: Flags
-    gnss_bias_m: Floats
-    gyro_bias_rps: Floats
-    heading_bias_rad: Floats
-    camera_bias_m: Floats
-    odometer_scale: Floats
-    mount_m: Floats
-    out: Flags
-    speed_mps: Floats
-    yaw_rate_rps: Floats
-    heading_rad: Floats
-    true_yaw_rad: Floats
-    true_rear_m: Floats
-    motion: Floats
-    slip: Floats
-
-    @classmethod
-    def empty(cls, capacity: int, slip_steps: int, motion_steps: int) -> Self:
-        """Return `capacity` rows that no vehicle owns, whose rings hold so many steps."""
-        n = capacity
-        return cls(
-            started=np.zeros(n, np.bool_),
-            gnss_bias_m=np.zeros((n, 2)),
-            gyro_bias_rps=np.zeros(n),
-            heading_bias_rad=np.zeros(n),
-            camera_bias_m=np.zeros(n),
-            odometer_scale=np.zeros(n),
-            mount_m=np.zeros(n),
-            out=np.zeros((n, 5), np.bool_),
-            speed_mps=np.zeros(n),
-            yaw_rate_rps=np.zeros(n),
-            heading_rad=np.zeros(n),
-            true_yaw_rad=np.zeros(n),
-            true_rear_m=np.zeros((n, 2)),
-            motion=np.zeros((n, motion_steps, 2)),
-            slip=np.zeros((n, slip_steps, 5)),
-        )
+    started: Flags = blank(False)
+    gnss_bias_m: Floats = blank(0.0, 2)
+    gyro_bias_rps: Floats = blank(0.0)
+    heading_bias_rad: Floats = blank(0.0)
+    camera_bias_m: Floats = blank(0.0)
+    odometer_scale: Floats = blank(0.0)
+    mount_m: Floats = blank(0.0)
+    out: Flags = blank(False, 5)
+    speed_mps: Floats = blank(0.0)
+    yaw_rate_rps: Floats = blank(0.0)
+    heading_rad: Floats = blank(0.0)
+    true_yaw_rad: Floats = blank(0.0)
+    true_rear_m: Floats = blank(0.0, 2)
+    motion: Floats = blank(0.0, "motion_steps", 2)
+    slip: Floats = blank(0.0, "slip_steps", 5)

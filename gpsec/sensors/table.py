@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gpsec.arrays import Floats
-from gpsec.errors import GpsecError
+from gpsec.core.arrays import Floats
+from gpsec.core.errors import GpsecError
 from gpsec.sensors.profiles import Channel, SensorProfile
 
 # Columns of a channel: samples per step (1 means one in every step); latency in steps, with its fraction; probability

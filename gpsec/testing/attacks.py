@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from gpsec.arrays import Flags, Floats
 from gpsec.attacks.base import Attack, Spoofed
 from gpsec.attacks.plans import PlanConfig
+from gpsec.core.arrays import Flags, Floats
 from gpsec.testing.contract import require
 from gpsec.testing.victims import World, drive, make_victims
 
@@ -116,7 +116,7 @@ def it_does_something(case: AttackCase) -> None:
 
 def the_same_input_gives_the_same_bytes(case: AttackCase) -> None:
     """Hold determinism."""
-    require(same(case.answers(), case.answers()), "the same input gives the same bytes; draw from gpsec.noise")
+    require(same(case.answers(), case.answers()), "the same input gives the same bytes; draw from gpsec.core.noise")
 
 
 def inputs_are_left_alone(case: AttackCase) -> None:

@@ -6,14 +6,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gpsec.arrays import Flags, Floats
+from gpsec.core.arrays import Flags, Floats
+from gpsec.core.tables import Rows
+from gpsec.core.threads import Threads
 from gpsec.detection.alarm import GAP_S, HOLD_S
 from gpsec.detection.base import Detector, Observation, Verdict
 from gpsec.detection.logs import Grid
-from gpsec.fleet import Rows
 from gpsec.testing.contract import require
 from gpsec.testing.residuals import SCALE_M, STEP_S, make_log
-from gpsec.threads import Threads
 
 PROFILES = ("first", "second")
 _COLUMNS = ("rows", "profile", "residual_m", "valid", "scale_m", "speed_mps", "curvature_per_m", "camera_sigma_m")

@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gpsec.arrays import Flags, Floats
 from gpsec.attacks.base import Attack, Spoofed, Victims
 from gpsec.attacks.history import FixHistory
-from gpsec.noise import vehicle_key
+from gpsec.core.arrays import Flags, Floats
+from gpsec.core.noise import vehicle_key
 from gpsec.testing.contract import BrokenContractError, require
 
 STEP_S = 0.1

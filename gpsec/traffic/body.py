@@ -8,9 +8,9 @@ exact solution of dφ/dd = -sin φ / L (the tractrix).
 
 from math import atan, atan2, cos, exp, log, pi, sin, sqrt, tan
 
-from gpsec.arrays import Flags, Floats, Ints
-from gpsec.geo import wrap_angle
-from gpsec.kernels import inline, kernel
+from gpsec.core.arrays import Flags, Floats, Ints
+from gpsec.core.geo import wrap_angle
+from gpsec.core.kernels import inline, kernel
 
 # Distance of the rear axle from the front bumper as a share of the length: 0.78 fits a 4.6 m car (front overhang
 # 0.9 m, wheelbase 2.7 m). Long vehicles are bounded by a 12 m city bus (overhang 2.7 m, wheelbase 5.9 m).

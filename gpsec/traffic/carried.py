@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from gpsec.arrays import Floats
-from gpsec.errors import GpsecError, shown
+from gpsec.core.arrays import Floats
+from gpsec.core.errors import GpsecError, shown
 from gpsec.traffic.inputs import PREFIX, own_parameters
 
 ATTACK_KEY, PLAN_KEY, RADIUS_KEY = f"{PREFIX}attack", f"{PREFIX}plan", f"{PREFIX}radius_m"

@@ -7,8 +7,8 @@ from pathlib import Path
 from urllib.parse import unquote
 from xml.etree import ElementTree
 
-from gpsec.errors import GpsecError, shown
-from gpsec.sumohome import expand_variables
+from gpsec.core.errors import GpsecError, shown
+from gpsec.sumo.home import expand_variables
 from gpsec.traffic.inputs import UNREADABLE
 from gpsec.traffic.optiontable import SumoOption, sumo_options_by_name
 

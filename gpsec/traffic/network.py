@@ -4,8 +4,8 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
-from gpsec.errors import GpsecError, shown
-from gpsec.sumohome import expand_variables
+from gpsec.core.errors import GpsecError, shown
+from gpsec.sumo.home import expand_variables
 from gpsec.traffic.input_files import fault, input_files, references
 
 _PORT = re.compile(r"\s*[+-]?\d+\s*")

@@ -6,7 +6,7 @@ from math import inf, isfinite
 from pathlib import Path
 from xml.etree import ElementTree
 
-from gpsec.errors import GpsecError, shown
+from gpsec.core.errors import GpsecError, shown
 from gpsec.traffic.config import SumoConfig, is_file, missing_file, read_config
 from gpsec.traffic.input_files import input_files
 from gpsec.traffic.inputs import UNREADABLE, first_match, open_input

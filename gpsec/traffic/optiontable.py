@@ -5,8 +5,8 @@ import subprocess
 from dataclasses import dataclass
 from functools import cache
 
-from gpsec.errors import GpsecError
-from gpsec.sumohome import environment, program
+from gpsec.core.errors import GpsecError
+from gpsec.sumo.home import environment, program
 
 _TOPIC = re.compile(r"    <(\w+)>$")
 _OPTION = re.compile(r'        <([\w.\-]+) value="([^"]*)"(?: synonymes="([^"]*)")?.* type="([A-Z\[\]]+)"')

@@ -7,7 +7,7 @@ from xml.sax import SAXException, make_parser
 from xml.sax.saxutils import XMLGenerator
 from xml.sax.xmlreader import AttributesImpl
 
-from gpsec.sumohome import expand_variables
+from gpsec.sumo.home import expand_variables
 from gpsec.traffic.input_files import FileReference, files_named, input_files, references
 from gpsec.traffic.inputs import UNREADABLE, open_input
 

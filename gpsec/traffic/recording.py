@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gpsec.arrays import Flags, Floats, Ints, Longs
+from gpsec.core.arrays import Flags, Floats, Ints, Longs
 from gpsec.traffic.clock import step_count
 from gpsec.traffic.source import Departure, Frame, TrafficSource
 

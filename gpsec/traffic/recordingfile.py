@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gpsec import __version__
-from gpsec.arrays import Flags, Floats, Ints, Longs
-from gpsec.errors import GpsecError, shown
-from gpsec.npz import DamagedError, read_npz
+from gpsec.core.arrays import Flags, Floats, Ints, Longs
+from gpsec.core.errors import GpsecError, shown
+from gpsec.core.npz import DamagedError, read_npz
 from gpsec.traffic.inputs import UNREADABLE, open_input
 from gpsec.traffic.recording import Names, Recording
 

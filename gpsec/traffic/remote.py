@@ -14,9 +14,9 @@ from multiprocessing import get_context
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
-from gpsec.errors import GpsecError, MachineError
-from gpsec.pipes import PeerGoneError, receive, send
-from gpsec.processes import ended_early
+from gpsec.core.errors import GpsecError, MachineError
+from gpsec.core.pipes import PeerGoneError, receive, send
+from gpsec.core.processes import ended_early
 from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.ring import CAPACITY, DEPTH, Head, Ring
 from gpsec.traffic.serving import serve

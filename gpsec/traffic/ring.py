@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from gpsec.arrays import Floats, Ints
+from gpsec.core.arrays import Floats, Ints
 from gpsec.traffic.source import Departure, Frame
 
 # Steps that SUMO may be ahead, and vehicles that a step in the ring may hold; a larger one goes through the pipe.

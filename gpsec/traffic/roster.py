@@ -8,9 +8,9 @@ from itertools import chain
 import libsumo
 import numpy as np
 
-from gpsec.arrays import Flags, Floats, Ints, Longs
-from gpsec.fleet import Slots
-from gpsec.geo import yaw_from_sumo_angle
+from gpsec.core.arrays import Flags, Floats, Ints, Longs
+from gpsec.core.geo import yaw_from_sumo_angle
+from gpsec.core.tables import Slots
 from gpsec.traffic.carried import NOWHERE_M, Spoofers
 from gpsec.traffic.names import Names
 from gpsec.traffic.source import Departure, Equip

@@ -6,9 +6,9 @@ import traceback
 from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING, Any
 
-from gpsec.errors import GpsecError
-from gpsec.pipes import PeerGoneError, receive, send
-from gpsec.system import refusal
+from gpsec.core.errors import GpsecError
+from gpsec.core.pipes import PeerGoneError, receive, send
+from gpsec.core.system import refusal
 from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.ring import DEPTH, Head, Ring
 from gpsec.traffic.source import Equip, Frame

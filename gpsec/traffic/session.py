@@ -11,8 +11,8 @@ from typing import Self
 
 import libsumo
 
-from gpsec.errors import GpsecError, retold
-from gpsec.sumohome import sumo_home
+from gpsec.core.errors import GpsecError, retold
+from gpsec.sumo.home import sumo_home
 from gpsec.traffic.carried import Spoofers, carried_attacks, check_departing
 from gpsec.traffic.clock import step_count
 from gpsec.traffic.names import Names, numbered_ids

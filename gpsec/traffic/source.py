@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from gpsec.arrays import Floats, Ints
+from gpsec.core.arrays import Floats, Ints
 from gpsec.traffic.names import first_life
 
 

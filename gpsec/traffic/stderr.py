@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from types import TracebackType
 from typing import Self
 
-from gpsec.errors import retold
+from gpsec.core.errors import retold
 
 _STDERR = 2
 # What happens in traffic has a time in SUMO's words; what is said without one is about the input.

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from math import inf
 from pathlib import Path
 
-from gpsec.errors import GpsecError, nearest, shown
+from gpsec.core.errors import GpsecError, nearest, shown
 from gpsec.traffic.carried import ATTACK_KEY, carried_attacks
 from gpsec.traffic.input_files import input_files
 from gpsec.traffic.inputs import PREFIX, all_matches, own_parameters

@@ -8,8 +8,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from gpsec.arrays import Floats
-from gpsec.errors import GpsecError, nearest, shown
+from gpsec.core.arrays import Floats
+from gpsec.core.errors import GpsecError, nearest, shown
 from gpsec.traffic.carried import ATTACK_KEY, DEPARTING
 from gpsec.traffic.input_files import input_files
 from gpsec.traffic.inputs import UNREADABLE, first_match, is_plain, open_input, own_parameters

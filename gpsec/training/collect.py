@@ -4,23 +4,26 @@ from pathlib import Path
 
 import numpy as np
 
-from gpsec.arrays import Ints
+from gpsec.core.arrays import Ints
+from gpsec.core.stopwatch import Stopwatch
+from gpsec.core.tables import Table
+from gpsec.core.threads import Threads
 from gpsec.detection.logs import ResidualLog
 from gpsec.detection.pairing import Samples
 from gpsec.detection.residual import MapView, Residuals
-from gpsec.engine import Answers, Stopwatch
-from gpsec.fleet import Measurements, Tracks, Vehicles
 from gpsec.hdmap.map import HDMap, load_map
 from gpsec.hdmap.search import MODES
 from gpsec.pipeline.build import sampling_of
 from gpsec.pipeline.convoy import Convoy
 from gpsec.sensors.profiles import SensorProfile, residual_sigma_m
 from gpsec.sensors.sense import Sensors
-from gpsec.threads import Threads
 from gpsec.traffic.options import resolve_options
 from gpsec.traffic.recording import RecordedTraffic, Recording, record
 from gpsec.traffic.recordingfile import load_recording, on_net, save_recording
 from gpsec.traffic.session import SumoSession
+from gpsec.types.answers import Answers
+from gpsec.types.tracks import Tracks
+from gpsec.types.vehicles import Measurements, Vehicles
 
 
 def record_traffic(sumocfg: Path, seed: int, target: Path) -> None:
@@ -42,10 +45,10 @@ def recorded_traffic(path: Path, net_file: Path) -> Recording:
 
 
 class _ResidualOnly:
-    """An engine that stops at the residual and keeps it; implements `gpsec.engine.Method`."""
+    """An engine that stops at the residual and keeps it; implements `gpsec.types.method.Method`."""
 
     def __init__(self, hd_map: HDMap, profile: SensorProfile, matching: str, step_s: float) -> None:
-        self.answers = Answers.empty(1, 0, 1)
+        self._answers = Table(Answers, detectors=0, defences=1)
         layer = np.array([hd_map.layer(profile.map_spacing_m)], np.int32)
         view = MapView(hd_map.lanes, hd_map.index, MODES[matching], layer)
         self._residuals = Residuals(view, sampling_of([profile], step_s))
@@ -54,9 +57,14 @@ class _ResidualOnly:
         self._life: dict[int, int] = {}
         self._lives = 0
 
+    @property
+    def answers(self) -> Answers:
+        """What was found in the last step."""
+        return self._answers.now
+
     def grow(self, capacity: int) -> None:
         """Make room for `capacity` track rows."""
-        self.answers.grow(capacity)
+        self._answers.grow(capacity)
         self._samples.grow(capacity)
 
     def reset(self, rows: Ints) -> None:

@@ -15,15 +15,15 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
-from gpsec import shipped
+from gpsec.core import shipped
+from gpsec.core.errors import GpsecError, nearest, shown
+from gpsec.core.threads import cores
 from gpsec.detection.logs import ResidualLog
 from gpsec.detection.models import MATCHINGS, ProfileModel, bundled, load, save
 from gpsec.detection.registry import DETECTORS
 from gpsec.detection.training import SETTLE_S, merged, related, train_one
-from gpsec.errors import GpsecError, nearest, shown
-from gpsec.parts import use
+from gpsec.scenario.parts import use
 from gpsec.sensors.registry import PROFILES
-from gpsec.threads import cores
 from gpsec.traffic.options import resolve_options
 from gpsec.training.collect import record_traffic, recorded_traffic, residual_log
 

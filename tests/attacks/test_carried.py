@@ -8,7 +8,7 @@ import pytest
 from gpsec.attacks.carried import plans_from_vehicles
 from gpsec.attacks.drift import Drift
 from gpsec.attacks.plans import MAX_TIME_S
-from gpsec.errors import GpsecError
+from gpsec.core.errors import GpsecError
 
 
 @dataclass(frozen=True)

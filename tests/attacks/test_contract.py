@@ -140,7 +140,7 @@ def test_an_attack_that_keeps_the_contract_passes() -> None:
         (Invents, "no spoofed fix where there is no honest one"),
         (Denies, "say `denies_fixes`"),
         (Idle, "moved by more than a centimetre"),
-        (Random, "draw from gpsec.noise"),
+        (Random, "draw from gpsec.core.noise"),
         (Crowd, "in whatever company"),
         (LooksBack, "needed_memory_s"),
         (NotANumber, "finite"),

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gpsec import parts
 from gpsec.attacks.plans import PlanConfig
 from gpsec.attacks.registry import ATTACKS
 from gpsec.attacks.zones import zone_keys
+from gpsec.scenario import parts
 from gpsec.testing import check_attack
 from gpsec.testing.victims import displacement, make_victims
 

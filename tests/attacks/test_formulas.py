@@ -14,7 +14,7 @@ from gpsec.attacks.noise import Noise
 from gpsec.attacks.replay import Replay
 from gpsec.attacks.stealth import Stealth
 from gpsec.attacks.two_stage import TwoStage
-from gpsec.fleet import Rows
+from gpsec.core.tables import Rows
 from gpsec.testing.victims import displacement, make_victims
 
 NORTH = np.pi / 2

@@ -8,7 +8,7 @@ import pytest
 from gpsec.attacks.plans import PlanConfig, plan_config
 from gpsec.attacks.registry import ATTACKS, build_attack
 from gpsec.attacks.stealth import Stealth
-from gpsec.errors import GpsecError
+from gpsec.core.errors import GpsecError
 
 WHERE = "town/gpsec.toml: plans[0]"
 

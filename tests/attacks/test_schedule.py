@@ -17,8 +17,8 @@ from gpsec.attacks.schedule import (
     needed_memory_s,
 )
 from gpsec.attacks.zones import Zone
-from gpsec.errors import GpsecError
-from gpsec.noise import vehicle_key
+from gpsec.core.errors import GpsecError
+from gpsec.core.noise import vehicle_key
 
 N = 4000
 ROWS = np.arange(N, dtype=np.int32)

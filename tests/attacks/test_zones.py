@@ -8,7 +8,7 @@ import pytest
 from gpsec.attacks.constant_bias import ConstantBias
 from gpsec.attacks.registry import ATTACKS
 from gpsec.attacks.zones import Zone, plans_from_zones, zone_keys
-from gpsec.errors import GpsecError
+from gpsec.core.errors import GpsecError
 
 SQUARE = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]])
 POINT = np.array([[3.0, 4.0]])

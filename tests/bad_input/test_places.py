@@ -7,8 +7,8 @@ import pytest
 
 import gpsec
 from gpsec.console.folders import resolved
+from gpsec.core.errors import GpsecError
 from gpsec.detection.models import build_detectors, load
-from gpsec.errors import GpsecError
 from gpsec.hdmap.map import load_map
 
 LEARNED = ("isolation_forest", "lstm")

@@ -11,8 +11,8 @@ from gpsec.console import cleaning, launch
 from gpsec.console.leftovers import leftovers
 from gpsec.console.publishing import COMPLETE
 from gpsec.console.workshop import workshop, workshop_of
-from gpsec.errors import GpsecError
-from gpsec.run import Outcome
+from gpsec.core.errors import GpsecError
+from gpsec.running.workers import Outcome
 
 FORMER_KERNELS = "0123456789abcdef"
 

@@ -10,7 +10,7 @@ from gpsec import cli
 from gpsec.console import launch, workshop
 from gpsec.console.publishing import COMPLETE
 from gpsec.console.workshop import occupied, settle, workshop_of, workshops
-from gpsec.errors import GpsecError
+from gpsec.core.errors import GpsecError
 
 
 def make(parent: Path, *names: str) -> None:
@@ -43,7 +43,7 @@ def test_runs_that_have_one_folder_in_common(
 
 
 def test_a_folder_is_ours_until_its_report_is_there(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from gpsec.run import Outcome
+    from gpsec.running.workers import Outcome
 
     make(here, "a", "b")
     refused: list[str] = []

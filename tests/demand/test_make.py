@@ -13,7 +13,7 @@ from gpsec.demand import trips
 from gpsec.demand.flows import straight_flows
 from gpsec.demand.make import make_demand, suitable_period_s
 from gpsec.hdmap.net import Lane
-from gpsec.sumotools import run_program
+from gpsec.sumo.tools import run_program
 
 
 @pytest.fixture(scope="module")

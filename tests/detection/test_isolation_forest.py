@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 from sklearn.ensemble import IsolationForest as SklearnForest
 
+from gpsec.core.errors import GpsecError
 from gpsec.detection import forest_training
 from gpsec.detection.forest import DEEPEST, average_path, join, score
 from gpsec.detection.isolation_forest import FEATURES, WINDOW, IsolationForest
 from gpsec.detection.logs import Grid
-from gpsec.errors import GpsecError
 from gpsec.testing.detectors import ask
 from gpsec.testing.residuals import make_log
 

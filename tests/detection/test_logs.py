@@ -3,8 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gpsec.core.errors import GpsecError
 from gpsec.detection.logs import Grid, sessions, split
-from gpsec.errors import GpsecError
 from gpsec.testing.residuals import make_log
 
 

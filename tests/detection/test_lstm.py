@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 import torch
 
+from gpsec.core.errors import GpsecError
 from gpsec.detection import lstm_training
 from gpsec.detection.forecast import CLIP, DELAY
 from gpsec.detection.logs import Grid
 from gpsec.detection.lstm import DECAYS, Lstm
 from gpsec.detection.lstm_cell import HIDDEN, INPUTS, exp32
 from gpsec.detection.lstm_cusum import LstmCusum
-from gpsec.errors import GpsecError
 from gpsec.reference.network import PlainNetwork
 from gpsec.testing.detectors import ask
 from gpsec.testing.residuals import make_log

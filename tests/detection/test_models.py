@@ -6,9 +6,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from gpsec.core.errors import GpsecError
 from gpsec.detection.models import build_detectors, load, save, thresholds_for
 from gpsec.detection.registry import DETECTORS
-from gpsec.errors import GpsecError
 
 NAMES = list(DETECTORS)
 

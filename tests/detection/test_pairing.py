@@ -5,12 +5,14 @@ from math import cos, pi, radians, sin, tan
 import numpy as np
 import pytest
 
+from gpsec.core.tables import Table
+from gpsec.core.threads import Threads
 from gpsec.detection.pairing import DetectionClock, Samples, Sampling
 from gpsec.detection.residual import MapView, Residuals
-from gpsec.fleet import Measurements, Tracks, Vehicles
 from gpsec.hdmap.map import HDMap, compile_map
 from gpsec.hdmap.search import TRACKED
-from gpsec.threads import Threads
+from gpsec.types.tracks import Tracks
+from gpsec.types.vehicles import Measurements, Vehicles
 
 ONE_THREAD = Threads(1)
 ROAD_Y_M = -1.6  # centre of the lane
@@ -27,7 +29,7 @@ class Ride:
 
     def __init__(self, road: HDMap, step_s: float, fix_hz: float = 10.0, camera_hz: float = 10.0) -> None:
         self.step_s, self.step = step_s, -1
-        self.vehicles, self.seen, self.tracks = Vehicles.empty(1), Measurements.empty(1), Tracks.empty(1)
+        self.vehicles, self.seen, self.tracks = Table(Vehicles, 1).now, Table(Measurements, 1).now, Table(Tracks, 1).now
         self.vehicles.lane[:] = road.lane_index["ab_0"]
         self.tracks.vehicle[:] = 0
         view = MapView(road.lanes, road.index, TRACKED, np.zeros(1, np.int32))

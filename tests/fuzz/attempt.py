@@ -9,7 +9,7 @@ from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 from random import Random
 
-from gpsec.errors import GpsecError
+from gpsec.core.errors import GpsecError
 
 from .mutators import several
 from .readers import Reader

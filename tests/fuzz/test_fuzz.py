@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gpsec.errors import GpsecError
+from gpsec.core.errors import GpsecError
 from gpsec.scenario import load_scenario
 from gpsec.scenario.overrides import parse_set
 

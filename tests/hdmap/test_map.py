@@ -5,8 +5,8 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from gpsec.caches import cache_folder
-from gpsec.errors import GpsecError
+from gpsec.core.caches import cache_folder
+from gpsec.core.errors import GpsecError
 from gpsec.hdmap import map as module
 from gpsec.hdmap.map import HDMap, compile_map, load_map
 

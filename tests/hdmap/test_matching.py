@@ -8,13 +8,15 @@ import sumolib
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from gpsec.core.tables import Table
+from gpsec.core.threads import Threads
 from gpsec.detection.pairing import Samples, Sampling
 from gpsec.detection.residual import MapView, Residuals
-from gpsec.fleet import Measurements, Tracks, Vehicles
 from gpsec.hdmap.map import HDMap, compile_map
 from gpsec.hdmap.matching import locate
 from gpsec.hdmap.search import MIN_COS, MODES, NEAREST, TRACKED
-from gpsec.threads import Threads
+from gpsec.types.tracks import Tracks
+from gpsec.types.vehicles import Measurements, Vehicles
 
 from .nets import BEND, THREE_LANES, TWO_WAY, arc, match, segment_line
 
@@ -173,7 +175,7 @@ def test_nearest_is_the_nearest_of_all_lanes_within_the_gate(hd_map, brute, plac
 
 def residual(hd_map, mode, lane, x, y, heading, layer, hint, c0=0.0) -> tuple[int, float, bool]:
     """Segment, residual and whether there is one, of one fix."""
-    vehicles, seen, tracks = Vehicles.empty(1), Measurements.empty(1), Tracks.empty(1)
+    vehicles, seen, tracks = Table(Vehicles, 1).now, Table(Measurements, 1).now, Table(Tracks, 1).now
     vehicles.lane[:] = hd_map.lane_index[lane]
     tracks.vehicle[:] = 0
     tracks.fix_m[:], tracks.fix_valid[:], tracks.segment[:] = (x, y), True, hint
@@ -251,7 +253,7 @@ def test_residual_of_a_known_bias_to_the_left_is_minus_the_bias(wide, bias, true
 
 
 def test_no_residual_without_fix_or_camera_or_match(wide):
-    vehicles, seen, tracks = Vehicles.empty(4), Measurements.empty(4), Tracks.empty(4)
+    vehicles, seen, tracks = Table(Vehicles, 4).now, Table(Measurements, 4).now, Table(Tracks, 4).now
     vehicles.lane[:] = wide.lane_index["ab_1"]
     tracks.vehicle[:] = np.arange(4)
     tracks.fix_m[:] = 500.0, -4.0
@@ -310,7 +312,7 @@ def test_a_sparse_map_of_a_curve_misses_by_the_chord_error(plain_net, left, radi
 
 def place(hd_map, vehicles) -> None:
     """Place every row of `vehicles` on the true lanes."""
-    rows = np.arange(vehicles.capacity, dtype=np.int32)
+    rows = np.arange(len(vehicles.lane), dtype=np.int32)
     locate(rows, hd_map.lanes, hd_map.index, hd_map.sides, *(getattr(vehicles, name) for name in TRUTH))
 
 
@@ -321,7 +323,7 @@ def test_truth_on_a_circle(plain_net, left):
     circle = compile_map(plain_net(*arc(radius, left)), ())
     angle, offset = np.linspace(0.2, 1.3, 12), np.linspace(-1.4, 1.4, 12)
     out = radius - side * offset  # left of a left curve is nearer to its centre
-    vehicles = Vehicles.empty(12)
+    vehicles = Table(Vehicles, 12).now
     vehicles.lane[:] = 0
     vehicles.rear_m[:] = np.stack([out * np.sin(angle), side * (radius - out * np.cos(angle))], axis=1)
     vehicles.yaw_rad[:] = side * angle
@@ -336,7 +338,7 @@ def test_truth_on_a_circle(plain_net, left):
 def test_nothing_is_marked_while_one_end_of_the_vehicle_is_inside_a_junction(bend):
     inside = next(n for n in bend.lane_ids if n.startswith(":"))
     entry = bend.centre_line(bend.lane_index["ab_0"])[-1, 0]
-    vehicles = Vehicles.empty(3)
+    vehicles = Table(Vehicles, 3).now
     vehicles.lane[:] = [bend.lane_index[name] for name in ("ab_0", inside, "ab_0")]
     vehicles.rear_m[:] = [[entry - 9.0, -1.6], [entry - 2.0, -1.6], [entry + 1.0, -1.6]]
     place(bend, vehicles)
@@ -346,7 +348,7 @@ def test_nothing_is_marked_while_one_end_of_the_vehicle_is_inside_a_junction(ben
 def test_rows_do_not_depend_on_each_other(hd_map):
     rng = np.random.default_rng(7)
     count = 300
-    vehicles, seen, tracks = Vehicles.empty(count), Measurements.empty(count), Tracks.empty(count)
+    vehicles, seen, tracks = Table(Vehicles, count).now, Table(Measurements, count).now, Table(Tracks, count).now
     for row in range(count):
         place = rng.integers(10**6), rng.uniform(0.0, 1.0), rng.normal(), 0.0, 0
         lane, *tracks.fix_m[row], seen.heading_rad[row], _ = put(hd_map, place)

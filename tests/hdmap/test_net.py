@@ -4,7 +4,7 @@ import re
 import numpy as np
 import pytest
 
-from gpsec.errors import GpsecError
+from gpsec.core.errors import GpsecError
 from gpsec.hdmap.map import compile_map
 from gpsec.hdmap.net import read_net
 

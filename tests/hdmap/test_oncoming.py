@@ -5,9 +5,10 @@ from math import pi
 import numpy as np
 import pytest
 
-from gpsec.fleet import Vehicles
+from gpsec.core.tables import Table
 from gpsec.hdmap.map import HDMap, compile_map
 from gpsec.hdmap.search import TRACKED
+from gpsec.types.vehicles import Vehicles
 
 from .nets import match
 from .test_matching import place, residual
@@ -34,7 +35,7 @@ def straight(plain_net) -> HDMap:
 
 def vehicles_at(hd_map: HDMap, lane: str, y_m: float, yaw_rad: float) -> Vehicles:
     """One vehicle in the middle of the road."""
-    vehicles = Vehicles.empty(1)
+    vehicles = Table(Vehicles, 1).now
     vehicles.lane[:] = hd_map.lane_index[lane]
     vehicles.rear_m[:] = 200.0, y_m
     vehicles.yaw_rad[:] = yaw_rad
@@ -89,7 +90,7 @@ def test_the_bend_of_an_oncoming_lane_is_to_the_other_side(plain_net):
     nodes = f'id="a" x="0" y="0"\nid="b" x="{40.0 * np.sin(1.0):.6f}" y="{40.0 * (1.0 - np.cos(1.0)):.6f}"'
     edge = f'id="ab" from="a" to="b" speed="13.9" spreadType="center" shape="{points}"'
     bent = compile_map(plain_net(nodes, edge), ())
-    vehicles = Vehicles.empty(2)
+    vehicles = Table(Vehicles, 2).now
     vehicles.lane[:] = bent.lane_index["ab_0"]
     vehicles.rear_m[:] = 39.0 * np.sin(0.5), 40.0 - 39.0 * np.cos(0.5)
     vehicles.yaw_rad[:] = 0.5, 0.5 + pi

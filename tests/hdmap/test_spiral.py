@@ -5,8 +5,9 @@ from math import pi
 import numpy as np
 import pytest
 
-from gpsec.fleet import Vehicles
+from gpsec.core.tables import Table
 from gpsec.hdmap.map import HDMap, compile_map
+from gpsec.types.vehicles import Vehicles
 
 from .test_matching import place
 
@@ -40,7 +41,7 @@ def test_curvature_and_direction_grow_along_a_segment(spiral, against):
     # Near both ends of segments, and not in the first and last, of which one end has no neighbour.
     at = (np.arange(3, 21)[:, None] * POINTS_M + np.array([0.4, 1.3, 2.7, 3.6])).ravel()
     position, yaw, curvature = on_spiral(at, side)
-    vehicles = Vehicles.empty(len(at))
+    vehicles = Table(Vehicles, len(at)).now
     vehicles.lane[:] = 0
     vehicles.rear_m[:] = position
     vehicles.yaw_rad[:] = yaw + (pi if against else 0.0)

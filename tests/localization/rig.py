@@ -4,7 +4,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gpsec.fleet import Measurements, Tracks, Vehicles
+from gpsec.core.tables import Table
+from gpsec.core.threads import Threads
 from gpsec.hdmap.map import HDMap
 from gpsec.hdmap.search import TRACKED
 from gpsec.localization.noise_table import FilterNoise, noise_table
@@ -12,7 +13,8 @@ from gpsec.localization.registry import RESPONSES
 from gpsec.localization.responses import World
 from gpsec.localization.state import FilterState
 from gpsec.localization.switch import Localization, SwitchSettings
-from gpsec.threads import Threads
+from gpsec.types.tracks import Tracks
+from gpsec.types.vehicles import Measurements, Vehicles
 
 STEP_S = 0.1
 FIGURES = FilterNoise(
@@ -58,8 +60,8 @@ class Rig:
         parts = {name: RESPONSES[name]() for name in self.responses}
         columns = np.arange(len(parts), dtype=np.int32)
         self.localization = Localization(columns, list(parts.values()), self.world, self.settings)
-        self.vehicles, self.seen = Vehicles.empty(self.count), Measurements.empty(self.count)
-        self.tracks = Tracks.empty(self.count)
+        self.vehicles, self.seen = Table(Vehicles, self.count).now, Table(Measurements, self.count).now
+        self.tracks = Table(Tracks, self.count).now
         self.filters: FilterState = self.localization.new_state(self.count)
         self.journey = self.localization.new_journey()
         self.journey.grow(self.count)

@@ -5,7 +5,7 @@ import pytest
 import shapely
 from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
 
-from gpsec.fleet import Measurements, Tracks, Vehicles
+from gpsec.core.tables import Table
 from gpsec.hdmap.map import HDMap, compile_map
 from gpsec.hdmap.search import NEAREST, TRACKED
 from gpsec.localization import ukf
@@ -13,6 +13,8 @@ from gpsec.localization.camera_ukf import CameraUkf
 from gpsec.localization.noise_table import noise_table
 from gpsec.localization.responses import Cells, World
 from gpsec.localization.state import FilterState
+from gpsec.types.tracks import Tracks
+from gpsec.types.vehicles import Measurements, Vehicles
 
 from .rig import FIGURES, STEP_S
 
@@ -90,9 +92,9 @@ def correct(
     world = World(hd_map.lanes, hd_map.index, mode, np.array([layer], np.int32), noise_table([FIGURES]), STEP_S)
     filters, tracks, vehicles, seen = (
         FilterState.empty(1, [0]),
-        Tracks.empty(1),
-        Vehicles.empty(1),
-        Measurements.empty(1),
+        Table(Tracks, 1).now,
+        Table(Vehicles, 1).now,
+        Table(Measurements, 1).now,
     )
     filters.mean[0, 0], filters.covariance[0, 0], filters.segment[:] = mean, P, hint
     tracks.vehicle[:] = vehicles.lane[:] = 0

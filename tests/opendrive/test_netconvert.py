@@ -4,11 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from gpsec import cli, sumotools
-from gpsec.errors import GpsecError, MachineError
-from gpsec.netconvert import Converted
+from gpsec import cli
+from gpsec.core.errors import GpsecError, MachineError
 from gpsec.opendrive.netconvert import convert_map
-from gpsec.sumotools import Limits
+from gpsec.sumo import tools as sumotools
+from gpsec.sumo.netconvert import Converted
+from gpsec.sumo.tools import Limits
 
 from .maps import LINE, TWO_WAY, document, road, write
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gpsec.errors import GpsecError
+from gpsec.core.errors import GpsecError
 from gpsec.hdmap.net import read_net
 from gpsec.opendrive.importing import import_map
 from gpsec.opendrive.offset import turn_map

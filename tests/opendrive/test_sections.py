@@ -8,7 +8,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 import pytest
 
-from gpsec.arrays import Floats
+from gpsec.core.arrays import Floats
 from gpsec.opendrive.importing import import_map
 from gpsec.opendrive.lanes import CentreLine, centre_lines, paths
 from gpsec.opendrive.netfile import net_lanes

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from gpsec.fleet import Measurements, Tracks, Vehicles
+from gpsec.core.tables import Table
+from gpsec.core.threads import Threads
 from gpsec.hdmap.arrays import LaneSides
 from gpsec.outcomes.events import Journey
 from gpsec.outcomes.recorder import Outcomes
 from gpsec.outcomes.view import StepView
-from gpsec.threads import Threads
+from gpsec.types.tracks import Tracks
+from gpsec.types.vehicles import Measurements, Vehicles
 
 PLANS = ("none", "constant_bias")
 DETECTORS = ("cusum", "never")
@@ -50,10 +52,10 @@ class Scene:
             capacity=capacity,
         )
         self.step_s = step_s
-        self.tracks = Tracks.empty(capacity)
-        self.vehicles = Vehicles.empty(capacity)
+        self._tracks = Table(Tracks, capacity)
+        self.vehicles = Table(Vehicles, capacity).now
         self.vehicles.lane[:] = 0
-        self.seen = Measurements.empty(capacity)
+        self.seen = Table(Measurements, capacity).now
         self.tracks.vehicle[:] = np.arange(capacity)
         self.tracks.settled[:] = True
         self.statistic = np.zeros((capacity, k))
@@ -61,6 +63,10 @@ class Scene:
         self.alarm = np.zeros((capacity, k), np.bool_)
         self.estimate_m = np.zeros((capacity, d, 2))
         self.isolated = np.zeros((capacity, d), np.bool_)
+
+    @property
+    def tracks(self) -> Tracks:
+        return self._tracks.now
 
     @property
     def state(self):
@@ -87,7 +93,7 @@ class Scene:
     def fork(self, source, target, plan, step):
         """Begin an attack: a track of the vehicle of `source` under `plan`, in the row `target`."""
         pair = np.array([source]), np.array([target])
-        self.tracks.copy(*pair)
+        self._tracks.copy(*pair)
         self.state.copy(*pair)
         self.tracks.plan[target] = plan
         self.tracks.attacked[target] = True

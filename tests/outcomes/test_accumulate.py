@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from gpsec.fleet import Tracks
+from gpsec.core.tables import Table
+from gpsec.core.threads import Threads
 from gpsec.outcomes.state import (
     ATTACK,
     LIFE,
@@ -12,7 +13,7 @@ from gpsec.outcomes.state import (
     OutcomeState,
     worst,
 )
-from gpsec.threads import Threads
+from gpsec.types.tracks import Tracks
 
 from .scene import Scene, lane_sides
 
@@ -333,7 +334,7 @@ def test_a_row_that_is_reset_remembers_nothing():
     blank = OutcomeState.empty(world.rows + 3, 2, 2)
     for name in OutcomeState.__dataclass_fields__:
         np.testing.assert_array_equal(getattr(state, name), getattr(blank, name))
-    assert Tracks.empty(1).plan[0] == 0
+    assert Table(Tracks, 1).now.plan[0] == 0
 
 
 def test_a_lane_that_leads_the_other_way_is_left_out_of_everything():

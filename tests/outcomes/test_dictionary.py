@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from pyarrow import parquet
 
-from gpsec.geo import Projector
+from gpsec.core.geo import Projector
 from gpsec.outcomes.state import OUTCOMES
 from gpsec.outcomes.steps import StepLog
 from gpsec.outcomes.tables import TABLES, read_table

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from gpsec.errors import GpsecError
+from gpsec.core.errors import GpsecError
 from gpsec.outcomes.digests import are_whole, compared, table_digests
 from gpsec.outcomes.manifests import read_manifest, stated_digests
 from gpsec.outcomes.merging import merge

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from gpsec.geo import Projector
+from gpsec.core.geo import Projector
 from gpsec.outcomes.tables import read_table
 
 from .scene import Scene

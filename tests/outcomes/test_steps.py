@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from pyarrow import parquet
 
-from gpsec.geo import Projector
+from gpsec.core.geo import Projector
 from gpsec.outcomes import steps
 from gpsec.outcomes.steps import StepLog
 

@@ -5,7 +5,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from gpsec.errors import GpsecError
+from gpsec.core.errors import GpsecError
 from gpsec.outcomes.merging import merge
 from gpsec.outcomes.tables import TABLES, read_table, whole
 

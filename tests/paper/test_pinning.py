@@ -1,7 +1,7 @@
 import pandas as pd
 import pytest
 
-from gpsec.errors import GpsecError
+from gpsec.core.errors import GpsecError
 from gpsec.paper import pinning, pool
 from gpsec.paper.studies import PIN_DELTAS, SET_UPS, target_m
 

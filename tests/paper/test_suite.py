@@ -2,9 +2,9 @@ from pathlib import Path
 
 import pytest
 
-from gpsec.errors import GpsecError
+from gpsec.core.errors import GpsecError
 from gpsec.paper import suite
-from gpsec.run import Failure, Outcome
+from gpsec.running.workers import Failure, Outcome
 from gpsec.scenario import load_scenario
 
 SCENARIO = load_scenario(Path(__file__).parents[2] / "scenarios" / "slow_curve")

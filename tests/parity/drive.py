@@ -9,6 +9,8 @@ from sklearn.ensemble import IsolationForest as SklearnForest
 
 from gpsec.attacks.plans import plan_config
 from gpsec.attacks.schedule import build_plans
+from gpsec.core.stopwatch import Stopwatch
+from gpsec.core.threads import Threads
 from gpsec.detection.bounds import Never, Oracle
 from gpsec.detection.chi_square import ChiSquare
 from gpsec.detection.cusum import Cusum
@@ -18,7 +20,7 @@ from gpsec.detection.learned import Learned
 from gpsec.detection.lstm import Lstm
 from gpsec.detection.lstm_cell import HIDDEN, INPUTS, OUTPUTS
 from gpsec.detection.lstm_cusum import LstmCusum
-from gpsec.engine import Method, Stopwatch, Watchers
+from gpsec.detection.watchers import Watchers
 from gpsec.localization.camera_ukf import CameraUkf
 from gpsec.localization.dead_reckoning import DeadReckoning
 from gpsec.localization.no_response import NoResponse
@@ -31,10 +33,10 @@ from gpsec.pipeline.convoy import Convoy
 from gpsec.scenario import load_scenario
 from gpsec.sensors.profiles import residual_sigma_m
 from gpsec.sensors.registry import PROFILES
-from gpsec.threads import Threads
 from gpsec.traffic.recording import Recording, record
 from gpsec.traffic.session import SumoSession
 from gpsec.traffic.source import Frame
+from gpsec.types.method import Method
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 WINDOW_S = {"start_after_s": [0.0, 4.0], "duration_s": [6.0, 10.0], "share": 1.0}

@@ -5,14 +5,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gpsec.arrays import Ints
-from gpsec.engine import Stopwatch
-from gpsec.fleet import Measurements, Tracks, Vehicles
+from gpsec.core.arrays import Ints
+from gpsec.core.stopwatch import Stopwatch
+from gpsec.core.threads import Threads
 from gpsec.localization.state import FilterState
 from gpsec.pipeline.batched import BatchedMethod
 from gpsec.reference.learning import LaneUkf
 from gpsec.reference.method import ReferenceMethod
-from gpsec.threads import Threads
+from gpsec.types.tracks import Tracks
+from gpsec.types.vehicles import Measurements, Vehicles
 
 from .drive import Drive, localization_for, watchers_for
 
@@ -46,7 +47,7 @@ class Comparison:
 
 
 class SideBySide:
-    """Implements `gpsec.engine.Method`; the attacker sees the batched answers."""
+    """Implements `gpsec.types.method.Method`; the attacker sees the batched answers."""
 
     def __init__(self, drive: Drive) -> None:
         ground = drive.ground

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gpsec.arrays import Floats, Ints
+from gpsec.core.arrays import Floats, Ints
 from gpsec.hdmap.matching import offsets
 from gpsec.hdmap.search import NEAREST, TRACKED
 from gpsec.reference.matching import Road

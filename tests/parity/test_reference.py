@@ -9,12 +9,12 @@ import torch
 from sklearn.ensemble import IsolationForest as SklearnForest
 
 import gpsec.reference
+from gpsec.core.errors import GpsecError
+from gpsec.core.kernels import Compiled
 from gpsec.detection.alarm import AlarmState
 from gpsec.detection.base import Detector
 from gpsec.detection.forest_training import flatten
 from gpsec.detection.lstm_training import ResidualLstm, to_arrays
-from gpsec.errors import GpsecError
-from gpsec.kernels import Compiled
 from gpsec.localization.noise_table import FilterNoise
 from gpsec.localization.switch import SwitchSettings
 from gpsec.reference.detectors import watch_maker

@@ -3,7 +3,7 @@ from math import pi, sqrt
 
 import pytest
 
-from gpsec.errors import GpsecError
+from gpsec.core.errors import GpsecError
 from gpsec.pipeline.filter_noise import filter_noise
 from gpsec.pipeline.fleet_choice import Few, FleetChoice, run_profiles
 from gpsec.sensors.registry import PROFILES

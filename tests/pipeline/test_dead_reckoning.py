@@ -6,12 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gpsec.fleet import Vehicles
+from gpsec.core.tables import Table
 from gpsec.pipeline.build import lay_ground
 from gpsec.scenario import load_scenario
 from gpsec.traffic.body import advance, axle_distance
 from gpsec.traffic.recording import Recording, record
 from gpsec.traffic.session import SumoSession
+from gpsec.types.vehicles import Vehicles
 
 SETTLED, AHEAD = 100, 100  # steps
 
@@ -29,7 +30,7 @@ class Journey:
 
 def journeys(recording: Recording) -> list[Journey]:
     """Drive the bodies as the pipeline does; one journey for every vehicle."""
-    vehicles, step_s = Vehicles.empty(int(recording.rows.max()) + 1), float(recording.step_s[0])
+    vehicles, step_s = Table(Vehicles, int(recording.rows.max()) + 1).now, float(recording.step_s[0])
     done: list[Journey] = []
     on_road: dict[int, Journey] = {}
     names = ("axle_m", "fresh", "front_m", "rear_m", "yaw_rad", "speed_mps", "yaw_rate_rps")

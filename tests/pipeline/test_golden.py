@@ -16,9 +16,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gpsec.core.threads import Threads
 from gpsec.scenario import Scenario, load_scenario
 from gpsec.scenario.overrides import parse_set
-from gpsec.threads import Threads
 
 GOLDEN = Path(__file__).parent / "golden.json"
 TABLES = ("vehicles", "events", "detection", "localization", "safety")

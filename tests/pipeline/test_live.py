@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from gpsec.console.live import live_run
-from gpsec.errors import GpsecError
-from gpsec.fleet import Tracks, Vehicles
+from gpsec.core.errors import GpsecError
+from gpsec.core.tables import Table
 from gpsec.outcomes.state import OUT_OF_LANE, OutcomeState
 from gpsec.outcomes.study import Study
 from gpsec.pipeline.live import (
@@ -30,6 +30,8 @@ from gpsec.pipeline.live import (
 )
 from gpsec.pipeline.run import run_scenario
 from gpsec.scenario import Scenario
+from gpsec.types.tracks import Tracks
+from gpsec.types.vehicles import Vehicles
 
 STUDY = Study(
     ("none", "drift", "noise"),
@@ -42,7 +44,7 @@ STUDY = Study(
 
 
 def test_each_vehicle_is_shown_once_under_the_chosen_plan_where_that_has_begun():
-    tracks = Tracks.empty(6)
+    tracks = Table(Tracks, 6).now
     tracks.vehicle[:] = [0, 1, 1, 3, 3, 0]
     tracks.plan[:] = [0, 0, 2, 0, 1, 2]
     rows = np.arange(5, dtype=np.int32)  # the last is not in use
@@ -66,7 +68,7 @@ def test_each_vehicle_is_shown_once_under_the_chosen_plan_where_that_has_begun()
     ],
 )
 def test_the_state_of_a_track(attacked, detected, in_alarm, left, state):
-    tracks, outcomes = Tracks.empty(3), OutcomeState.empty(3, 2, 2)
+    tracks, outcomes = Table(Tracks, 3).now, OutcomeState.empty(3, 2, 2)
     tracks.attacked[1] = attacked
     outcomes.detection_step[1, 0] = 7 if detected else -1
     outcomes.in_alarm[1, 0] = in_alarm
@@ -80,7 +82,7 @@ def test_the_state_of_a_track(attacked, detected, in_alarm, left, state):
 
 
 def test_a_ghost_is_the_body_around_the_believed_axle():
-    vehicles = Vehicles.empty(2)
+    vehicles = Table(Vehicles, 2).now
     vehicles.axle_m[1], vehicles.length_m[1], vehicles.width_m[1] = 4.0, 5.0, 2.0
     vehicles.yaw_rad[1] = np.pi / 2  # north: ahead is +y, left is -x
     vehicles.speed_mps[1] = 20.0  # 2 m in a step

@@ -4,11 +4,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gpsec import kernels, warmup
-from gpsec import run as runs
-from gpsec.errors import GpsecError
-from gpsec.kernels import Compiled, kernel, only_compile
+from gpsec.core import kernels
+from gpsec.core.errors import GpsecError
+from gpsec.core.kernels import Compiled, kernel, only_compile
 from gpsec.pipeline.rehearsal import rehearse
+from gpsec.running import warmup
+from gpsec.running import workers as runs
 from gpsec.scenario import Scenario
 
 Called = set[tuple[str, str]]

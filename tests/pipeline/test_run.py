@@ -9,11 +9,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from gpsec.errors import GpsecError
+from gpsec.core.errors import GpsecError
+from gpsec.core.threads import Threads
 from gpsec.outcomes import tables as tables_of_a_run
 from gpsec.pipeline import run as loop
 from gpsec.scenario import Scenario
-from gpsec.threads import Threads
 from gpsec.traffic.recording import Recording, record
 from gpsec.traffic.source import Frame
 

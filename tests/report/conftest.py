@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gpsec.geo import Projector
+from gpsec.core.geo import Projector
 from gpsec.outcomes.steps import StepLog
-from gpsec.results import Results, load
+from gpsec.running.results import Results, load
 from tests.outcomes.scene import DEFENCES, DETECTORS, PROFILES, Scene
 
 EVIL = "</script><img src=x onerror=\"document.title='broken'\">&amp;"

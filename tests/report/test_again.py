@@ -5,11 +5,11 @@ import pytest
 
 from gpsec import cli
 from gpsec.console import reporting
-from gpsec.errors import GpsecError
+from gpsec.core.errors import GpsecError
 from gpsec.pipeline.run import run_scenario
 from gpsec.report.again import simulate
 from gpsec.report.chosen import choose, story_of
-from gpsec.results import load
+from gpsec.running.results import load
 from gpsec.scenario import load_scenario
 from gpsec.scenario.overrides import parse_set
 

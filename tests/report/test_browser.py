@@ -7,7 +7,7 @@ import shutil
 import pytest
 
 from gpsec.report.make import write_report
-from gpsec.results import load
+from gpsec.running.results import load
 
 from .conftest import EVIL
 

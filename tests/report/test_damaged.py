@@ -10,10 +10,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from gpsec import cli
-from gpsec.errors import GpsecError
+from gpsec.core.errors import GpsecError
 from gpsec.outcomes.columns import COLUMNS, COUNTS, FLAGS, TEXTS, read_checked
 from gpsec.outcomes.tables import TABLES
-from gpsec.results import load
+from gpsec.running.results import load
 
 from .conftest import write_run
 

@@ -10,7 +10,7 @@ import pytest
 from gpsec.outcomes.digests import table_digests
 from gpsec.report.make import write_report
 from gpsec.report.page import _plotly, unpacked
-from gpsec.results import load
+from gpsec.running.results import load
 
 from .conftest import EVIL, write_run
 

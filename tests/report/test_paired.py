@@ -5,10 +5,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from gpsec.errors import GpsecError
+from gpsec.core.errors import GpsecError
 from gpsec.report.both import write_comparison
 from gpsec.report.paired import FALSE_ALARMS, FIGURES, comparison, pairs
-from gpsec.results import load
+from gpsec.running.results import load
 
 from .conftest import write_run
 

@@ -6,9 +6,9 @@ import pandas as pd
 import pytest
 
 from gpsec import cli
-from gpsec.errors import GpsecError
+from gpsec.core.errors import GpsecError
 from gpsec.outcomes.tables import LARGE_TABLES, TABLES
-from gpsec.results import load, unit, write_parquet, write_spreadsheets
+from gpsec.running.results import load, unit, write_parquet, write_spreadsheets
 
 from .conftest import PLANS, write_run
 

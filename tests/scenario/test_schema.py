@@ -13,7 +13,7 @@ from pydantic import BaseModel
 
 from gpsec.attacks.plans import PlanConfig
 from gpsec.attacks.registry import ATTACKS
-from gpsec.errors import GpsecError
+from gpsec.core.errors import GpsecError
 from gpsec.scenario import Scenario, load_scenario
 from gpsec.scenario.schema import SECTIONS, descriptions, json_schema, section_of
 from gpsec.scenario.sections import Defence

@@ -1,14 +1,13 @@
 """What holds for every profile in the registry."""
 
-from dataclasses import fields
-
 import numpy as np
 import pytest
 
-from gpsec.fleet import Measurements
+from gpsec.core.tables import Table
+from gpsec.core.threads import Threads
 from gpsec.sensors.profiles import residual_sigma_m
 from gpsec.sensors.registry import PROFILES
-from gpsec.threads import Threads
+from gpsec.types.vehicles import Measurements
 from tests.sensors.exact import Drive
 
 ALL = tuple(PROFILES.values())
@@ -16,7 +15,7 @@ N, STEPS = 24, 40
 
 
 def snapshot(measurements: Measurements, rows=slice(None)) -> dict[str, np.ndarray]:
-    return {f.name: getattr(measurements, f.name)[rows].copy() for f in fields(measurements)}
+    return {name: array[rows].copy() for name, array in measurements._asdict().items()}
 
 
 def move(drive: Drive, step: int) -> None:
@@ -55,7 +54,7 @@ def assert_same(one, other):
 @pytest.mark.parametrize("profile", ALL, ids=PROFILES)
 def test_measurements_are_finite_and_of_the_right_kind(profile):
     for taken in record((profile,)):
-        blank = Measurements.empty(N)
+        blank = Table(Measurements, N).now
         for name, array in taken.items():
             assert array.shape == getattr(blank, name).shape
             assert array.dtype == getattr(blank, name).dtype
@@ -157,8 +156,8 @@ def test_rows_grow_without_changing_what_is_measured():
         for drive in (small, large):
             move(drive, step)
         if step == 5:
-            for rows in (large.state, large.vehicles, large.measurements):
-                rows.grow(64)
+            for table in large.tables:
+                table.grow(64)
             large.count = 64
         small.sense()
         large.sense()

@@ -36,7 +36,7 @@ def test_a_scale_error_of_the_odometer_stretches_what_was_driven_meanwhile():
     drive.vehicles.yaw_rad[:] = pi / 2.0
     drive.vehicles.lane_yaw_rad[:] = pi / 2.0 + 0.1
     measured = drive_on(drive, 20.0, 0.0)
-    ahead = 20.0 * 0.25 * drive.state.odometer_scale
+    ahead = 20.0 * 0.25 * drive.state.now.odometer_scale
     assert np.abs(ahead).max() > 0.01
     np.testing.assert_allclose(measured.fix_m[:, 1] - drive.vehicles.rear_m[:, 1], ahead, atol=1e-12)
     np.testing.assert_allclose(measured.fix_m[:, 0], 0.0, atol=1e-12)
@@ -47,7 +47,7 @@ def test_a_scale_error_of_the_odometer_stretches_what_was_driven_meanwhile():
 def test_a_heading_error_turns_what_was_driven_meanwhile():
     drive = Drive((profile(**LATE, heading={"bias_deg": 1.0, "bias_tau_s": 1e6}),), 5)
     measured = drive_on(drive, 20.0, 0.0)
-    error = drive.state.heading_bias_rad
+    error = drive.state.now.heading_bias_rad
     np.testing.assert_allclose(measured.fix_m[:, 1], 5.0 * np.sin(error), rtol=1e-3)
     # The camera's own image does not care where north is.
     np.testing.assert_allclose(measured.lane_poly, 0.0, atol=1e-12)
@@ -58,7 +58,7 @@ def test_a_gyro_error_turns_the_carried_lane():
     measured = drive_on(drive, 20.0, 0.0)
     # Believing to turn left by ω for L, while driving straight at v, the lane's place in the vehicle frame turns
     # right by ωL, and shifts right by v·ω·L²/2.
-    turned = drive.state.gyro_bias_rps * 0.25
+    turned = drive.state.now.gyro_bias_rps * 0.25
     assert np.abs(turned).max() > 0.005
     np.testing.assert_allclose(measured.lane_poly[:, 1], -np.tan(turned), atol=2e-5)
     np.testing.assert_allclose(measured.lane_poly[:, 0], -20.0 * turned * 0.25 / 2.0, atol=5e-5)
@@ -85,7 +85,7 @@ def test_a_late_heading_is_carried_on_by_the_gyro():
     drive = Drive((profile(heading={"latency_s": 0.05}, gyro={"bias_deg_per_h": 9_000.0}),))
     drive_on(drive, 10.0, 0.2)
     error = drive.measurements.heading_rad - drive.vehicles.yaw_rad
-    np.testing.assert_allclose(error, 0.05 * drive.state.gyro_bias_rps, rtol=1e-9)
+    np.testing.assert_allclose(error, 0.05 * drive.state.now.gyro_bias_rps, rtol=1e-9)
 
 
 def test_odometer_and_gyro_may_be_late_by_several_steps():
@@ -104,4 +104,4 @@ def test_a_heading_that_is_late_by_several_steps_is_carried_on_by_the_gyro():
     drive = Drive((late,), step_s=0.01)
     drive_on(drive, 10.0, 0.2)
     error = drive.measurements.heading_rad - drive.vehicles.yaw_rad
-    np.testing.assert_allclose(error, 0.025 * drive.state.gyro_bias_rps, rtol=1e-3)
+    np.testing.assert_allclose(error, 0.025 * drive.state.now.gyro_bias_rps, rtol=1e-3)

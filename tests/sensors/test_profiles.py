@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
-from gpsec.errors import GpsecError
+from gpsec.core.errors import GpsecError
 from gpsec.sensors.profiles import Gyro, SensorProfile, residual_sigma_m
 from gpsec.sensors.registry import PROFILES
 from tests.sensors.exact import profile

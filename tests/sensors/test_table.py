@@ -3,7 +3,7 @@ from math import exp, pi, sqrt
 import numpy as np
 import pytest
 
-from gpsec.errors import GpsecError
+from gpsec.core.errors import GpsecError
 from gpsec.sensors.sense import Sensors
 from gpsec.sensors.table import (
     BIAS,

@@ -5,9 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gpsec.fleet import Vehicles
-from gpsec.geo import wrap_angle
+from gpsec.core.geo import wrap_angle
+from gpsec.core.tables import Table
 from gpsec.traffic.body import advance, axle_distance, follow
+from gpsec.types.vehicles import Vehicles
 
 STEP_S = 0.1
 lengths = st.floats(1.0, 8.6)
@@ -55,7 +56,7 @@ def test_pushed_back_the_body_does_not_turn():
 
 
 def body(yaw: float = 0.0, axle: float = 3.5, count: int = 1) -> Vehicles:
-    vehicles = Vehicles.empty(count)
+    vehicles = Table(Vehicles, count).now
     vehicles.yaw_rad[:] = yaw
     vehicles.axle_m[:] = axle
     return vehicles

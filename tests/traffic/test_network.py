@@ -10,7 +10,7 @@ from threading import Thread
 import pytest
 import sumo
 
-from gpsec.errors import GpsecError
+from gpsec.core.errors import GpsecError
 from gpsec.traffic.network import is_address
 from gpsec.traffic.options import resolve_options
 from gpsec.traffic.session import SumoSession

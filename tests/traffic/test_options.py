@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 import sumo
 
-from gpsec.errors import GpsecError
+from gpsec.core.errors import GpsecError
 from gpsec.traffic.options import resolve_options
 from gpsec.traffic.optiontable import parse_template, sumo_options_by_name
 

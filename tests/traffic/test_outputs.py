@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from gpsec.errors import GpsecError
+from gpsec.core.errors import GpsecError
 from gpsec.traffic.options import resolve_options
 from gpsec.traffic.outputs import without_lost_outputs
 from gpsec.traffic.session import SumoSession

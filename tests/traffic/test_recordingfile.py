@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from gpsec import __version__
-from gpsec.errors import GpsecError
+from gpsec.core.errors import GpsecError
 from gpsec.traffic.recording import RecordedTraffic, Recording, record
 from gpsec.traffic.recordingfile import OnNet, load_recording, on_net, save_recording
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gpsec.attacks.zones import zone_keys
-from gpsec.errors import GpsecError, MachineError
+from gpsec.core.errors import GpsecError, MachineError
 from gpsec.traffic import remote
 from gpsec.traffic.options import resolve_options
 from gpsec.traffic.recording import record

@@ -5,7 +5,7 @@ import libsumo
 import numpy as np
 import pytest
 
-from gpsec.errors import GpsecError
+from gpsec.core.errors import GpsecError
 from gpsec.traffic.names import Names, numbered_ids
 from gpsec.traffic.options import resolve_options
 from gpsec.traffic.session import SumoSession

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import sumo
 
-from gpsec.errors import GpsecError
-from gpsec.geo import yaw_from_sumo_angle
+from gpsec.core.errors import GpsecError
+from gpsec.core.geo import yaw_from_sumo_angle
 from gpsec.traffic.options import resolve_options
 from gpsec.traffic.recording import record
 from gpsec.traffic.session import SumoSession

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from gpsec.errors import GpsecError
+from gpsec.core.errors import GpsecError
 from gpsec.traffic.options import resolve_options
 from gpsec.traffic.session import SumoSession
 

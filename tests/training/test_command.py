@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from gpsec import cli, shipped
+from gpsec import cli
+from gpsec.core import shipped
 from gpsec.detection.calibration import Calibrated
 from gpsec.detection.models import ProfileModel, load
 from gpsec.detection.training import merged, related

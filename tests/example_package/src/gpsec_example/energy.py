@@ -2,7 +2,7 @@
 
 from typing import ClassVar
 
-from gpsec.arrays import Floats, Ints
+from gpsec.core.arrays import Floats, Ints
 from gpsec.detection.plain import WindowDetector
 
 

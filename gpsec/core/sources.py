@@ -6,25 +6,21 @@ from importlib.util import find_spec
 from pathlib import Path
 from secrets import token_hex
 
-_PACKAGE = Path(__file__).parent
+_PACKAGE = Path(__file__).parents[1]
 # Layers that start runs, join the stages or read tables, and what is for files of other kinds.
 ABOVE = frozenset(
     [
         "cli",
         "console",
         "report",
-        "results",
         "paper",
-        "run",
-        "warmup",
+        "running",
         "testing",
         "training",
         "pipeline",
         "reference",
-        "engine",
         "scenario",
         "openstreetmap",
-        "parts",
         "opendrive",
         "demand",
     ]
@@ -32,7 +28,7 @@ ABOVE = frozenset(
 STAGES = frozenset(["traffic", "sensors", "attacks", "detection", "localization", "outcomes"])
 # As the import contracts in pyproject.toml have it, from the top: a layer imports those of the ranks below its own, and
 # itself. What is not here is a basic, which all may import.
-RANKS = (ABOVE, STAGES, frozenset(["hdmap"]), frozenset(["fleet", "noise", "geo", "threads"]))
+RANKS = (ABOVE, STAGES, frozenset(["hdmap"]), frozenset(["types"]))
 
 # The state of sources when the first kernel of their layer was met, which is when they were imported.
 _noticed: dict[Path, list[tuple[int, int]]] = {}

@@ -16,12 +16,12 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from gpsec import sources
 from gpsec.attacks.registry import ATTACKS
+from gpsec.core import sources
+from gpsec.core.errors import GpsecError, shown
+from gpsec.core.registry import Registry
 from gpsec.detection.registry import DETECTORS
-from gpsec.errors import GpsecError, shown
 from gpsec.localization.registry import RESPONSES
-from gpsec.registry import Registry
 from gpsec.sensors.profiles import SensorProfile
 from gpsec.sensors.registry import PROFILES
 

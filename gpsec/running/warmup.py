@@ -9,13 +9,13 @@ from multiprocessing import get_context
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from gpsec.caches import can_keep, kernels_folder
-from gpsec.errors import GpsecError
-from gpsec.kernels import are_compiled, kept, note_rehearsal, only_compile
-from gpsec.processes import ignore_interrupts, redirect_output, start
-from gpsec.progress import Progress
+from gpsec.core.caches import can_keep, kernels_folder
+from gpsec.core.errors import GpsecError
+from gpsec.core.kernels import are_compiled, kept, note_rehearsal, only_compile
+from gpsec.core.processes import ignore_interrupts, redirect_output, start
+from gpsec.core.progress import Progress
+from gpsec.core.threads import cores
 from gpsec.scenario import Scenario
-from gpsec.threads import cores
 
 # With more of them, the largest kernel takes as long as all others together.
 _MOST_PROCESSES = 4

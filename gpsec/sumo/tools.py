@@ -8,8 +8,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from gpsec.errors import MachineError
-from gpsec.sumohome import environment, program, sumo_home
+from gpsec.core.errors import MachineError
+from gpsec.sumo.home import environment, program, sumo_home
 
 _NO_MEMORY = ("bad_alloc", "MemoryError", "annot allocate memory")
 

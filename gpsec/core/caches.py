@@ -18,8 +18,8 @@ from importlib.metadata import version
 from pathlib import Path
 from uuid import uuid4
 
-from gpsec import sources
-from gpsec.errors import GpsecError, shown
+from gpsec.core import sources
+from gpsec.core.errors import GpsecError, shown
 
 _DIGESTS = "SHA256SUMS"
 _DIGEST_BYTES = 32

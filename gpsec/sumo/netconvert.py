@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from subprocess import CompletedProcess
 
-from gpsec.errors import GpsecError, MachineError, retold
-from gpsec.processes import ended_early
-from gpsec.sumotools import Limits, run_program
+from gpsec.core.errors import GpsecError, MachineError, retold
+from gpsec.core.processes import ended_early
+from gpsec.sumo.tools import Limits, run_program
 
 _IGNORE_ERRORS = "--ignore-errors"
 # An input that names a schema or a DTD, which may be anywhere, is not held against it.

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gpsec.arrays import Floats
-from gpsec.errors import GpsecError, retold, shown
-from gpsec.kernels import inline
+from gpsec.core.arrays import Floats
+from gpsec.core.errors import GpsecError, retold, shown
+from gpsec.core.kernels import inline
 
 if TYPE_CHECKING:
     import pyproj

@@ -16,7 +16,7 @@ from numba.core import caching
 from numba.core.serialize import dumps
 from numba.core.types.containers import BaseTuple
 
-from gpsec import caches, sources
+from gpsec.core import caches, sources
 
 # The entries that this process has written or read, whatever the kernel.
 entries: set[Path] = set()

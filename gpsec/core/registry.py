@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any, Generic, TypeVar
 
-from gpsec.errors import GpsecError, nearest, shown
+from gpsec.core.errors import GpsecError, nearest, shown
 
 T = TypeVar("T")
 # Name and part where the object is one of this kind, None where it is something else.

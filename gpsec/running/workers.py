@@ -14,13 +14,13 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 
-from gpsec.errors import GpsecError, MachineError
-from gpsec.pipes import PeerGoneError, receive, send
-from gpsec.processes import end_with_parent, ended_early, ignore_interrupts, redirect_output, start
-from gpsec.progress import DONE, FAILED, Progress
+from gpsec.core.errors import GpsecError, MachineError
+from gpsec.core.pipes import PeerGoneError, receive, send
+from gpsec.core.processes import end_with_parent, ended_early, ignore_interrupts, redirect_output, start
+from gpsec.core.progress import DONE, FAILED, Progress
+from gpsec.core.system import refusal
+from gpsec.running.warmup import compile_kernels
 from gpsec.scenario import Scenario
-from gpsec.system import refusal
-from gpsec.warmup import compile_kernels
 
 __all__ = ["Failure", "Outcome", "Progress", "run_scenarios"]
 

@@ -10,8 +10,8 @@ from math import cos, log, pi, sqrt
 
 import numpy as np
 
-from gpsec.arrays import Floats, Keys
-from gpsec.kernels import allocating_kernel, inline
+from gpsec.core.arrays import Floats, Keys
+from gpsec.core.kernels import allocating_kernel, inline
 
 # One number a channel. A channel is never reused for another purpose: that would correlate the two.
 GNSS_WHITE_EAST, GNSS_WHITE_NORTH, GNSS_BIAS_EAST, GNSS_BIAS_NORTH, GNSS_DROPOUT = 1, 2, 3, 4, 5

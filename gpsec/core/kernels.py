@@ -15,7 +15,7 @@ from typing import Any, Generic, ParamSpec, TypeVar, cast
 
 import numpy as np
 
-from gpsec import caches, sources
+from gpsec.core import caches, sources
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -59,7 +59,7 @@ class Compiled(Generic[P, R]):
         """What numba makes of the function for Python to call."""
         made = _numba().njit(no_cfunc_wrapper=True, **self._options)(self._function)
         if self._keep and not _numba().config.DISABLE_JIT:
-            from gpsec.machinecode import keep
+            from gpsec.core.machinecode import keep
 
             keep(made, self._owners())
         return made
@@ -149,9 +149,9 @@ def are_compiled() -> bool:
 
 def kept() -> list[str]:
     """Return what this process has written or read of machine code, for `note_rehearsal`."""
-    if "gpsec.machinecode" not in sys.modules:
+    if "gpsec.core.machinecode" not in sys.modules:
         return []
-    from gpsec.machinecode import entries
+    from gpsec.core.machinecode import entries
 
     return sorted(path.relative_to(caches.kernels_folder()).as_posix() for path in entries)
 
@@ -182,7 +182,7 @@ def compile_seconds() -> float:
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
     """Compile `function` on first use and keep the machine code for later runs.
 
-    Kernels release the GIL, so that `gpsec.threads` can run them on disjoint rows at once, and never use
+    Kernels release the GIL, so that `gpsec.core.threads` can run them on disjoint rows at once, and never use
     fast-math: the same input gives the same bits whatever the batch. They cannot allocate: the caller hands them the
     arrays that they fill and those that they need to work in.
     """

@@ -4,7 +4,7 @@ import errno
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from gpsec.errors import GpsecError, MachineError
+from gpsec.core.errors import GpsecError, MachineError
 
 _OF_PATHS = frozenset(
     (

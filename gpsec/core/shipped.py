@@ -6,7 +6,7 @@ side by side as they are there, so that paths between them hold.
 
 from pathlib import Path
 
-PACKAGE = Path(__file__).resolve().parent
+PACKAGE = Path(__file__).resolve().parents[1]
 
 
 def home() -> Path:

@@ -1,4 +1,4 @@
-"""Results of a run as pandas frames: ``run = gpsec.results.load("results/town")``, then ``run.events`` and so on."""
+"""Results of a run as pandas frames: ``run = load("results/town")``, then ``run.events`` and so on."""
 
 import re
 from collections.abc import Mapping
@@ -8,7 +8,7 @@ from typing import Any
 
 import pandas as pd
 
-from gpsec.errors import GpsecError, shown
+from gpsec.core.errors import GpsecError, shown
 from gpsec.outcomes.columns import read_checked
 from gpsec.outcomes.crosscheck import check_together
 from gpsec.outcomes.digests import WHOLE, compared

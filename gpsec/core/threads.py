@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from gpsec.arrays import Ints
+from gpsec.core.arrays import Ints
 
 
 def cores() -> int:

@@ -1,0 +1,164 @@
+"""Structures of arrays whose first axis is the row, and the rows that are handed out in them.
+
+A structure is declared once, as a ``NamedTuple`` of arrays with what a fresh row holds in each:
+
+    class Tracks(NamedTuple):
+        vehicle: Ints = blank(-1)
+        fix_m: Floats = blank(0.0, 2)
+        mean: Floats = blank(0.0, "defences", "states")
+
+    tracks = Table(Tracks, capacity=1, defences=3, states=5)
+
+The table owns the arrays; `Table.now` is the structure itself, for numpy and for kernels alike.
+"""
+
+from dataclasses import dataclass, fields
+from heapq import heappop, heappush
+from typing import Any, Generic, NamedTuple, TypeVar, cast
+
+import numpy as np
+
+from gpsec.core.arrays import Ints
+
+T = TypeVar("T", bound=NamedTuple)
+
+# What a Python number is in an array; a value of a numpy type keeps its own.
+_DTYPES: dict[type, type[np.generic]] = {bool: np.bool_, int: np.int32, float: np.float64}
+
+
+@dataclass(frozen=True)
+class Blank:
+    """What a fresh row holds: `value` in each element of an array of `shape`, whose named lengths a table knows."""
+
+    value: Any
+    shape: tuple[int | str, ...]
+
+    def row(self, lengths: dict[str, int]) -> np.ndarray:
+        """Return an array (1, …) of one fresh row."""
+        shape = tuple(lengths[length] if isinstance(length, str) else length for length in self.shape)
+        return np.full((1, *shape), self.value, _DTYPES.get(type(self.value)))
+
+
+def blank(value: bool | float | np.generic, *shape: int | str) -> Any:
+    """Declare a field of a structure: what a fresh row holds, and the shape of a row (a number, if there is none).
+
+    A length that only the run knows is given by name, and to the `Table` by keyword. A Python bool, int or float makes
+    an array of bool, int32 or float64, a numpy scalar one of its type.
+    """
+    return Blank(value, shape)
+
+
+class Table(Generic[T]):
+    """The rows of one structure.
+
+    Attributes:
+        now: the structure of arrays, row first. It is another one after the table has grown.
+    """
+
+    def __init__(self, structure: type[T], capacity: int = 1, /, **lengths: int) -> None:
+        """Make `capacity` fresh rows of `structure`; `lengths` are those that it names.
+
+        Raises:
+            KeyError: a length that the structure names is not given.
+        """
+        blanks = (structure._field_defaults[name] for name in structure._fields)
+        self._structure = structure
+        self._fresh = [cast("Blank", declared).row(lengths) for declared in blanks]
+        self.now: T = self._made([row[:0] for row in self._fresh])
+        self._capacity = 0
+        self.grow(capacity)
+
+    def _made(self, arrays: list[np.ndarray]) -> T:
+        return self._structure._make(arrays)
+
+    @property
+    def capacity(self) -> int:
+        """Number of rows that there is room for."""
+        return self._capacity
+
+    def grow(self, capacity: int) -> None:
+        """Make room for `capacity` rows; the new ones are fresh."""
+        old = self._capacity
+        if old >= capacity:
+            return
+        arrays = []
+        for array, fresh in zip(self.now, self._fresh, strict=True):
+            # Zeros take no memory until something is written to them.
+            grown = np.zeros((capacity, *fresh.shape[1:]), fresh.dtype)
+            grown[:old] = array
+            if fresh.any():
+                grown[old:] = fresh
+            arrays.append(grown)
+        self.now = self._made(arrays)
+        self._capacity = capacity
+
+    def reset(self, rows: Ints) -> None:
+        """Make `rows` fresh again."""
+        for array, fresh in zip(self.now, self._fresh, strict=True):
+            array[rows] = fresh
+
+    def copy(self, source: Ints, target: Ints) -> None:
+        """Copy the rows `source` onto the rows `target`, pair by pair."""
+        for array in self.now:
+            array[target] = array[source]
+
+
+class Rows:
+    """Base of every structure of arrays: a dataclass whose fields are arrays with the row as first axis.
+
+    A subclass is created with its initial values in every row; a row that is reset gets those of row 0 at creation.
+    """
+
+    def __post_init__(self) -> None:
+        self._names = [field.name for field in fields(self)]  # type: ignore[arg-type]
+        self._blank = {name: array[:1].copy() for name, array in self._arrays()}
+
+    def _arrays(self) -> list[tuple[str, np.ndarray]]:
+        return [(name, getattr(self, name)) for name in self._names]
+
+    @property
+    def capacity(self) -> int:
+        """Number of rows that there is room for."""
+        return len(self._arrays()[0][1])
+
+    def grow(self, capacity: int) -> None:
+        """Make room for `capacity` rows; the new ones hold initial values."""
+        for name, array in self._arrays():
+            rows = len(array)
+            if rows >= capacity:
+                continue
+            # Zeros take no memory until something is written to them.
+            grown = np.zeros((capacity, *array.shape[1:]), array.dtype)
+            grown[:rows] = array
+            if self._blank[name].any():
+                grown[rows:] = self._blank[name]
+            setattr(self, name, grown)
+
+    def reset(self, rows: Ints) -> None:
+        """Give `rows` their initial values again."""
+        for name, array in self._arrays():
+            array[rows] = self._blank[name]
+
+    def copy(self, source: Ints, target: Ints) -> None:
+        """Copy the rows `source` onto the rows `target`, pair by pair."""
+        for _, array in self._arrays():
+            array[target] = array[source]
+
+
+class Slots:
+    """Hands out row numbers, always the lowest that is free."""
+
+    def __init__(self) -> None:
+        self._free: list[int] = []
+        self.used = 0
+
+    def take(self) -> int:
+        """Return a free row."""
+        if self._free:
+            return heappop(self._free)
+        self.used += 1
+        return self.used - 1
+
+    def give_back(self, row: int) -> None:
+        """Make `row` free again; it must be in use."""
+        heappush(self._free, row)

@@ -1,0 +1,1 @@
+"""Runs scenarios, each in a process of its own, and reads their results."""

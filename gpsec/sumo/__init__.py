@@ -1,0 +1,1 @@
+"""The installed SUMO: where it is, and how its programs are run."""

@@ -1,0 +1,1 @@
+"""The structures of arrays that several stages read and write."""
