@@ -5,7 +5,8 @@ from math import exp, radians, sqrt
 import numpy as np
 import pytest
 
-from tests.sensors.exact import Drive, profile
+from gpsec.testing.drive import Drive
+from tests.sensors.exact import profile
 
 
 def valid_over(drive, steps, name="fix_valid"):

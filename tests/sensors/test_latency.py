@@ -5,7 +5,8 @@ from math import pi
 import numpy as np
 import pytest
 
-from tests.sensors.exact import Drive, profile
+from gpsec.testing.drive import Drive
+from tests.sensors.exact import profile
 
 LATE = {"gnss": {"latency_s": 0.25}, "camera": {"latency_s": 0.25}}
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from gpsec.pipeline.filter_noise import filter_noise
-from tests.sensors.exact import STEP_S, Drive, profile
+from gpsec.testing.drive import STEP_S, Drive
+from tests.sensors.exact import profile
 
 N = 40_000
 # For what takes many steps.

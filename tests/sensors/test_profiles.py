@@ -17,8 +17,8 @@ def all_parts(of: SensorProfile):
     return {"map": of, **of.channels()}
 
 
-def test_registry_holds_the_four_profiles_under_their_own_names():
-    assert list(PROFILES) == ["dsd", "carla", "nuscenes", "consumer"]
+def test_registry_holds_the_profiles_under_their_own_names():
+    assert list(PROFILES)[:4] == ["dsd", "carla", "nuscenes", "consumer"]
     assert all(name == entry.name for name, entry in PROFILES.items())
 
 
