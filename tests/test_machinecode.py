@@ -41,6 +41,35 @@ def pick(pair, out):
 CALL_PICK = CALL.replace("import fill", "import pick as fill\nfrom shapes import Pair").replace(
     "fill(out)", "fill(Pair(a=1.0, b=2.0), out)"
 )
+# A loop that is made for one function or another, which are of another package.
+MAKER = """
+from functools import cache
+from gpsec.core.kernels import kernel
+
+@cache
+def filling(step, start):
+    @kernel
+    def fill(out):
+        for i in range(len(out)):
+            out[i] = step(start)
+
+    return fill
+"""
+CALL_MADE = """
+import json, sys
+import numpy as np
+from {maker} import filling
+from plug.helper import step
+from other import step as other
+values, stats = [], [0, 0]
+for fill in (filling(step, 2.0), filling(other, 2.0), filling(step, 3.0)):
+    out = np.zeros(1)
+    fill(out)
+    values.append(out[0])
+    stats[0] += sum(fill.dispatcher.stats.cache_hits.values())
+    stats[1] += sum(fill.dispatcher.stats.cache_misses.values())
+print(json.dumps(values + stats))
+"""
 HELPER = """
 from gpsec.core.kernels import inline
 
@@ -111,6 +140,28 @@ def test_an_edited_helper_of_a_third_package_is_compiled_again(place: Place) -> 
     for factor in (2.0, 200.0):
         (place.folder / "third.py").write_text(HELPER.replace("step", "double").format(factor=factor))
         assert place.run() == [2.0 * factor, 0, 1]
+
+
+def test_a_made_kernel_is_kept_for_its_functions_and_compiled_again_when_one_is_edited(place: Place) -> None:
+    (place.folder / "plug" / "maker.py").write_text(MAKER)
+    (place.folder / "other.py").write_text(HELPER.format(factor=10.0))
+    code = CALL_MADE.format(maker="plug.maker")
+    assert place.run(code) == [4.0, 20.0, 6.0, 0, 3]
+    assert place.run(code) == [4.0, 20.0, 6.0, 3, 0]
+    (place.folder / "other.py").write_text(HELPER.format(factor=11.0))
+    assert place.run(code) == [4.0, 22.0, 6.0, 2, 1]
+
+
+def test_a_kernel_that_gpsec_makes_of_a_function_of_others_heeds_their_sources(place: Place) -> None:
+    ignored = shutil.ignore_patterns("models", "__pycache__")
+    shutil.copytree(Path(gpsec.__file__).parent, place.folder / "gpsec", ignore=ignored)
+    (place.folder / "gpsec" / "attacks" / "maker.py").write_text(MAKER)
+    (place.folder / "other.py").write_text("import third\n" + HELPER.replace("{factor} * value", "third.double(value)"))
+    helper = HELPER.replace("step", "double")
+    code = CALL_MADE.format(maker="gpsec.attacks.maker")
+    for factor, kept in ((10.0, 0), (10.0, 3), (11.0, 2)):
+        (place.folder / "third.py").write_text(helper.format(factor=factor))
+        assert place.run(code) == [4.0, 2.0 * factor, 6.0, kept, 3 - kept]
 
 
 def test_another_install_of_the_same_sources_loads_what_is_there(place: Place, tmp_path: Path) -> None:

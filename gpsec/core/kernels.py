@@ -1,4 +1,19 @@
-"""How a loop over rows becomes machine code. numba takes long to import, so the first kernel that is called does it."""
+"""How a loop over rows becomes machine code. numba takes long to import, so the first kernel that is called does it.
+
+A loop that is the same for a family of functions is written once, in a function that makes a kernel of some of them:
+
+    @cache
+    def moving(predict: Callable[..., None]) -> Callable[..., None]:
+        @kernel
+        def move(rows: Ints, ...) -> None:
+            for row in rows:
+                predict(...)
+
+        return move
+
+What a kernel closes over are compiled functions and numbers. Its machine code is kept under the names of all of them,
+and is compiled anew when the sources of one change, whoever owns them.
+"""
 
 import hashlib
 import json
@@ -47,7 +62,7 @@ class Compiled(Generic[P, R]):
         types = tuple(self.dispatcher.typeof_pyval(argument) for argument in args)
         for flags in _flags(args):
             flags[...] = True
-        name = f"{self._function.__module__}.{self._function.__qualname__}{types}"
+        name = f"{self.identity}{types}"
         try:
             (claims / hashlib.sha256(name.encode()).hexdigest()).touch(exist_ok=False)
         except FileExistsError:
@@ -61,23 +76,37 @@ class Compiled(Generic[P, R]):
         if self._keep and not _numba().config.DISABLE_JIT:
             from gpsec.core.machinecode import keep
 
-            keep(made, self._owners())
+            keep(made, self.identity, self._owners())
         return made
 
+    @cached_property
+    def identity(self) -> str:
+        """What tells the function from all others: its name and place, and those of what it closes over."""
+        code = self._function.__code__
+        closed = "".join(f"({_identity(value)})" for value in self._closed_over())
+        return f"{self._function.__module__}.{self._function.__qualname__}:{code.co_firstlineno}{closed}"
+
+    def _closed_over(self) -> list[Any]:
+        return [cell.cell_contents for cell in self._function.__closure__ or ()]
+
     def _owners(self) -> list[str]:
-        """Return what owns the function, and then the packages of others that own what is compiled into it."""
-        own = sources.owner(self._function.__module__)
-        if own.startswith("gpsec."):
-            return [own]  # which imports nothing of others
+        """Return what owns the function, and then the others that own what is compiled into it."""
         found: list[Compiled[..., Any]] = [self]
         for compiled in found:  # which grows
-            names = getclosurevars(compiled._function)
-            values = [*names.globals.values(), *names.nonlocals.values()]
-            attributes = compiled._function.__code__.co_names
-            within = [vars(value).get(name) for value in values if ismodule(value) for name in attributes]
-            found += [value for value in values + within if isinstance(value, Compiled) and value not in found]
-        owners = {sources.owner(compiled._function.__module__) for compiled in found} - {own}
-        return [own, *sorted(owner for owner in owners if not owner.startswith("gpsec."))]
+            found += [value for value in compiled._called() if value not in found]
+        own, *others = dict.fromkeys(sources.owner(compiled._function.__module__) for compiled in found)
+        covered = {f"gpsec.{name}" for name in sources.covered(own)}
+        return [own, *sorted(owner for owner in others if owner not in covered)]
+
+    def _called(self) -> list["Compiled[..., Any]"]:
+        """Return the compiled functions that this one may call, but those of gpsec's that its layer covers."""
+        values = self._closed_over()
+        if not self._function.__module__.startswith("gpsec."):
+            names = list(getclosurevars(self._function).globals.values())
+            attributes = self._function.__code__.co_names
+            values += names
+            values += [vars(value).get(name) for value in names if ismodule(value) for name in attributes]
+        return [value for value in values if isinstance(value, Compiled)]
 
     @cached_property
     def part(self) -> Any:
@@ -89,6 +118,14 @@ class Compiled(Generic[P, R]):
         # Without numba's run time (NRT), code neither allocates nor counts references to arrays. The counts of the some
         # forty arrays of a map, taken again at each branch of a search, made matching three times as slow.
         return {"nogil": True, "error_model": "numpy", "_nrt": self._allocates}
+
+
+def _identity(value: Any) -> str:
+    if isinstance(value, Compiled):
+        return value.identity
+    from numba.core.serialize import dumps
+
+    return hashlib.sha256(dumps(value)).hexdigest()
 
 
 def _flags(values: Iterable[Any]) -> Iterator[np.ndarray]:

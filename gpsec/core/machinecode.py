@@ -22,14 +22,16 @@ from gpsec.core import caches, sources
 entries: set[Path] = set()
 
 
-def keep(dispatcher: Any, owners: Sequence[str]) -> None:
+def keep(dispatcher: Any, identity: str, owners: Sequence[str]) -> None:
     """Let what `dispatcher` compiles be kept, where its sources can be found.
 
-    The first of the owners (`sources.owner`) is that of the function, the others those of what is compiled into it.
+    `identity` tells the function from others, whatever they close over. The first of the owners (`sources.owner`) is
+    that of the function, the others those of what is compiled into it.
     """
     folder, stamps = _folder(owners[0]), [sources.digest(owner) for owner in owners]
     if folder is not None and all(stamps):
-        dispatcher._cache = _Cache(dispatcher, _Locator(dispatcher.py_func, folder, " ".join(map(str, stamps))), owners)
+        stamp = " ".join([identity, *map(str, stamps)])
+        dispatcher._cache = _Cache(dispatcher, _Locator(dispatcher.py_func, folder, stamp), owners)
 
 
 @cache
@@ -52,7 +54,7 @@ class _Locator(caching._CacheLocator):  # type: ignore[misc]
         return str(self._folder)
 
     def get_source_stamp(self) -> str:
-        """Return the digest of all sources that the code can depend on."""
+        """Return the name of the function, and the digest of all sources that the code can depend on."""
         return self._stamp
 
     def get_disambiguator(self) -> str:
@@ -115,9 +117,13 @@ class _Cache(caching.Cache):  # type: ignore[misc]
             super()._save_overload(sig, data)
 
     def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
-        """Return numba's key (types, processor, byte code) with what the code depends on beside."""
+        """Return what the code depends on: types, processor, function and sources, options, fields of structures.
+
+        numba's own key pickles what a function closes over, and of compiled functions these pickles change.
+        """
+        code = hashlib.sha256(self._py_func.__code__.co_code).hexdigest()
         stamp = self._impl.locator.get_source_stamp()
-        return (*super()._index_key(sig, codegen), stamp, self._options, tuple(_fields(sig)))
+        return sig, codegen.magic_tuple(), code, stamp, self._options, tuple(_fields(sig))
 
 
 def _fields(kinds: Any) -> Iterator[tuple[str, ...]]:

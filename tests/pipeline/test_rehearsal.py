@@ -80,6 +80,23 @@ def test_a_kernel_is_compiled_by_one_process_and_not_run(claims):
     assert len(first.dispatcher.signatures) == 2
 
 
+def test_kernels_of_one_maker_are_each_compiled(claims):
+    first, second = adding(1.0), adding(2.0)
+    only_compile(claims)
+    for one in (first, second):
+        one(np.zeros(3))
+    assert [len(one.dispatcher.signatures) for one in (first, second)] == [1, 1]
+
+
+def adding(amount: float) -> Compiled:
+    @kernel
+    def add(numbers: np.ndarray) -> None:
+        for i in range(len(numbers)):
+            numbers[i] += amount
+
+    return add
+
+
 def test_what_goes_wrong_is_left_to_the_run(town, tmp_path, monkeypatch):
     seen: list = []
     monkeypatch.setattr(warmup, "are_compiled", lambda: False)
