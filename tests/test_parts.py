@@ -126,7 +126,8 @@ def test_code_in_a_manifest_that_was_received_is_not_run(mine, tmp_path):
     assert name not in ATTACKS
 
 
-def test_a_profile_in_toml_is_no_code(tmp_path):
+def profile_text():
+    """Return a sensor profile in TOML: that of `dsd` on another map."""
     text = ["map_spacing_m = 1.5"]  # its name is that of the file
     dsd = PROFILES["dsd"]
     text += [f"sources = {{ map_spacing_m = {json.dumps('measured')} }}"]
@@ -135,20 +136,42 @@ def test_a_profile_in_toml_is_no_code(tmp_path):
         text += [f"{key} = {value!r}" for key, value in values.figures().items()]
         text.append("[" + channel + ".sources]")
         text += [f"{key} = {json.dumps(source)}" for key, source in values.sources.items()]
-    (tmp_path / "mine.toml").write_text("\n".join(text))
+    return "\n".join(text)
+
+
+def test_a_scenario_with_parts_can_be_sent_as_json(mine, tmp_path, monkeypatch):
+    path, name = mine
+    profile = tmp_path / "car.toml"
+    profile.write_text(profile_text())
+    chosen = Outside((f"{path}:Zigzag", str(profile)))
+    sets = [parse_set(PLAN.format(name=name)), parse_set("fleet.profile=car")]
+    scenario = load_scenario("slow_curve", sets, chosen)
+    text = scenario.model_dump_json()
+    assert json.loads(text)["parts"] == [f"{path}:Zigzag", str(profile)]
+    monkeypatch.chdir("/")
+    assert Scenario.model_validate_json(text) == scenario
+    # Another machine, where nobody has loaded them yet.
+    monkeypatch.setattr(parts, "_used", {})
+    with pytest.raises(ValueError, match="is code"):
+        Scenario.model_validate_json(text)
+    assert Scenario.model_validate_json(text, context={"allow_code": True}) == scenario
+
+
+def test_a_profile_in_toml_is_no_code(tmp_path):
+    (tmp_path / "mine.toml").write_text(profile_text())
     folder = tmp_path / "s"
     folder.mkdir()
     config = shipped.scenarios() / "slow_curve" / "slow_curve.sumocfg"
     (folder / "gpsec.toml").write_text(f'sumocfg = "{config}"\nparts = ["../mine.toml"]\n[fleet]\nprofile = "mine"\n')
     scenario = load_scenario(folder)
     assert scenario.fleet.profile == {"mine": 1.0}
-    assert PROFILES["mine"].gnss == dsd.gnss
+    assert PROFILES["mine"].gnss == PROFILES["dsd"].gnss
     assert PROFILES["mine"].map_spacing_m == 1.5
     broken = tmp_path / "broken.toml"
-    broken.write_text("\n".join(text).replace("white_m = 0.008", "white_m = -1.0"))
+    broken.write_text(profile_text().replace("white_m = 0.008", "white_m = -1.0"))
     with pytest.raises(GpsecError, match=r"broken\.toml: gnss\.white_m: .*greater than or equal to 0"):
         parts.use([str(broken)])
-    broken.write_text("\n".join(text).partition("[gyro]")[0])
+    broken.write_text(profile_text().partition("[gyro]")[0])
     with pytest.raises(GpsecError, match=r"broken\.toml: gyro is missing"):
         parts.use([str(broken)])
 

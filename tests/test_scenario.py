@@ -158,6 +158,28 @@ def test_json_and_back(folder: Path) -> None:
     assert plain["plans"][0]["parameters"]["rate_mps"] == 0.4
 
 
+@pytest.mark.parametrize("toml", BUNDLED, ids=[path.parent.name for path in BUNDLED])
+def test_text_in_json_means_the_same_in_any_folder(toml: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    sets = ["fleet.profile={dsd=0.5, carla=0.5}", "plans=[{attack='drift', share=0.2, duration_s=[3, 4]}]"]
+    for scenario in (load_scenario(toml), load_scenario(toml, [parse_set(text) for text in sets])):
+        text = scenario.model_dump_json()
+        with monkeypatch.context() as elsewhere:
+            elsewhere.chdir(tmp_path)
+            assert Scenario.model_validate_json(text) == scenario
+
+
+def test_paths_in_json_are_absolute_and_in_a_manifest_relative(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(folder.parent)
+    (folder / "models").mkdir()
+    scenario = load(folder, "detection.models = 'models'")
+    assert json.loads(scenario.model_dump_json())["sumocfg"] == str(folder / "traffic.sumocfg")
+    assert scenario.stated()["sumocfg"] == "ring/traffic.sumocfg"
+    assert scenario.detection.models == str(folder / "models")
+    monkeypatch.chdir("/")
+    assert Scenario.model_validate_json(scenario.model_dump_json()) == scenario
+
+
 def test_a_scenario_is_frozen(folder: Path) -> None:
     scenario = load(folder)
     with pytest.raises(ValidationError):

@@ -33,7 +33,7 @@ def evaluate(scenario: Scenario, folder: Path, report: Callable[[Progress], None
     with whole(folder / MANIFEST) as partial:
         stated = {
             "fingerprint": fingerprint(scenario),
-            "configuration": scenario.model_dump(mode="json"),
+            "configuration": scenario.stated(),
             DIGESTS: table_digests(folder, [Path(TABLE).stem]),
         }
         partial.write_text(json.dumps(stated, indent=1) + "\n", encoding="utf-8")

@@ -84,7 +84,7 @@ def write_manifest(
         "fingerprint": fingerprint(scenario),
         "python_version": platform.python_version(),
         "versions": versions(),
-        "configuration": scenario.model_dump(mode="json"),
+        "configuration": scenario.stated(),
         "step_s": ground.options.step_s,
         "lateral_resolution_m": ground.options.lateral_resolution_m,
         "profiles": list(ground.choice.profiles),

@@ -4,7 +4,14 @@ import re
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, field_serializer, field_validator, model_validator
+from pydantic import (
+    Field,
+    FieldSerializationInfo,
+    ValidationInfo,
+    field_serializer,
+    field_validator,
+    model_validator,
+)
 
 from gpsec.attacks.plans import MAX_TIME_S, PlanConfig
 from gpsec.core.errors import shown
@@ -25,13 +32,18 @@ from gpsec.scenario.sections import (
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
 MAX_NAME = 100  # file systems end at 255 bytes, and folders in the making have longer names
+ALLOW_CODE = "allow_code"
+"""Key of a validation context: the code that the scenario names may be run."""
+_HERE = "here"
 
 
 class Scenario(Section):
     """What is run: traffic, fleet, attack plans, defences, and how results are summed up.
 
-    A run is a pure function of this object. `model_dump(mode="json")` gives plain JSON and `model_validate` takes it
-    back.
+    A run is a pure function of this object. `model_dump_json` gives JSON that `model_validate_json` takes back, in any
+    folder: paths in it are absolute, or begin with `$SUMO_HOME/` or `$GPSEC/`, which are there on every machine that
+    has gpsec. Code that it names as `parts` is refused, unless it is loaded already or the context says so:
+    ``Scenario.model_validate_json(text, context={"allow_code": True})``.
 
     Attributes:
         name: of the scenario, in every table and as a folder under `results/`: letters, digits, `.`, `_`, `-`; unset
@@ -79,14 +91,15 @@ class Scenario(Section):
 
     @field_validator("parts")
     @classmethod
-    def _loaded(cls, references: tuple[str, ...]) -> tuple[str, ...]:
+    def _loaded(cls, references: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
         """Refuse code that nobody has loaded: who loads it has chosen it."""
-        return load_parts(references, Path.cwd(), allow_code=False) if references else ()
+        allowed = bool((info.context or {}).get(ALLOW_CODE))
+        return load_parts(references, Path.cwd(), allow_code=allowed) if references else ()
 
     @field_validator("sumocfg", mode="before")
     @classmethod
     def _expanded(cls, path: Any) -> Any:
-        return expand(path, Path.cwd()) if isinstance(path, str) else path
+        return str(expand(path, Path.cwd())) if isinstance(path, str) else path
 
     @field_validator("name")
     @classmethod
@@ -127,12 +140,20 @@ class Scenario(Section):
                 )
         return self
 
+    def stated(self) -> dict[str, Any]:
+        """Return it as plain JSON for a manifest; paths below the current folder are relative to that."""
+        return self.model_dump(mode="json", context={_HERE: Path.cwd()})
+
     @field_serializer("parts")
-    def _portable_parts(self, references: tuple[str, ...]) -> list[str]:
+    def _portable_parts(self, references: tuple[str, ...], info: FieldSerializationInfo) -> list[str]:
         from gpsec.scenario.parts import relocate
 
-        return [relocate(reference, lambda place: portable(Path(place))) for reference in references]
+        return [relocate(reference, lambda place: portable(Path(place), _here(info))) for reference in references]
 
     @field_serializer("sumocfg")
-    def _portable_path(self, path: Path) -> str:
-        return portable(path)
+    def _portable_path(self, path: Path, info: FieldSerializationInfo) -> str:
+        return portable(path, _here(info))
+
+
+def _here(info: FieldSerializationInfo) -> Path | None:
+    return info.context.get(_HERE) if isinstance(info.context, dict) else None

@@ -92,10 +92,10 @@ def expand(text: str, folder: Path) -> Path:
     return (folder / Path(text).expanduser()).resolve()
 
 
-def portable(path: Path) -> str:
-    """Return `path` as it means the same on another machine: relative to SUMO, to here or to gpsec, where it can be."""
-    for base, prefix in ((sumo_home().resolve(), "$SUMO_HOME/"), (Path.cwd(), ""), (shipped.home(), "$GPSEC/")):
-        if path.is_relative_to(base):
+def portable(path: Path, here: Path | None = None) -> str:
+    """Return `path` as it means the same on another machine: relative to SUMO, to `here` or to gpsec if it can be."""
+    for base, prefix in ((sumo_home().resolve(), "$SUMO_HOME/"), (here, ""), (shipped.home(), "$GPSEC/")):
+        if base is not None and path.is_relative_to(base):
             return prefix + path.relative_to(base).as_posix()
     return path.as_posix()
 
