@@ -64,4 +64,4 @@ def test_no_other_module_decides_which_sumo_it_is() -> None:
     asks = re.compile(r"sumo\.SUMO_HOME|environ(?:\.get)?[\[(]\"SUMO_HOME\"[\])](?! =)|\bimport sumo\b")
     root = Path(gpsec.__file__).parent
     found = {path.relative_to(root).as_posix() for path in root.rglob("*.py") if asks.search(path.read_text())}
-    assert found == {"sumohome.py"}
+    assert found == {"sumo/home.py"}
