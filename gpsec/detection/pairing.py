@@ -2,21 +2,22 @@
 
 Camera and receiver have clocks of their own, and at a short step hardly ever a sample in the same one. So the newest
 sample of each is kept until it is compared, and the fix is moved to the camera's time by what the vehicle itself
-measures of its motion.
+measures of its seen.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import ceil, floor
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 import numpy as np
 
 from gpsec.core.arrays import Flags, Floats, Ints
 from gpsec.core.geo import dead_reckon
 from gpsec.core.kernels import inline
-from gpsec.core.tables import Rows
+from gpsec.core.tables import blank
 from gpsec.types.tracks import SAMPLE_S
+from gpsec.types.vehicles import Measurements
 
 
 @dataclass(frozen=True)
@@ -54,34 +55,7 @@ class Sampling(NamedTuple):
         return cls(step_s, *(np.array(one, np.int32) for one in steps))
 
 
-class Motion(NamedTuple):
-    """What N vehicles measure of their motion in a step: fields of `Measurements`."""
-
-    speed_mps: Floats
-    yaw_rate_rps: Floats
-    heading_rad: Floats
-
-
-class Waiting(NamedTuple):
-    """The fields of `Samples`, as kernels take them."""
-
-    due: Flags
-    camera: Flags
-    camera_age: Ints
-    since_camera_m: Floats
-    lane: Ints
-    offset_m: Floats
-    heading_rad: Floats
-    curvature_per_m: Floats
-    sigma_m: Floats
-    fix: Flags
-    fix_age: Ints
-    since_fix_m: Floats
-    fix_m: Floats
-
-
-@dataclass
-class Samples(Rows):
+class Pending(NamedTuple):
     """The newest camera sample and the newest fix of M tracks, each compared once.
 
     Attributes:
@@ -96,93 +70,69 @@ class Samples(Rows):
         fix_m: (M, 2) GNSS position after the attack.
     """
 
-    due: Flags
-    camera: Flags
-    camera_age: Ints
-    since_camera_m: Floats
-    lane: Ints
-    offset_m: Floats
-    heading_rad: Floats
-    curvature_per_m: Floats
-    sigma_m: Floats
-    fix: Flags
-    fix_age: Ints
-    since_fix_m: Floats
-    fix_m: Floats
-
-    @classmethod
-    def empty(cls, capacity: int) -> Self:
-        """Return `capacity` rows without a sample."""
-        n = capacity
-        return cls(
-            due=np.zeros(n, np.bool_),
-            camera=np.zeros(n, np.bool_),
-            camera_age=np.zeros(n, np.int32),
-            since_camera_m=np.zeros((n, 2)),
-            lane=np.zeros(n, np.int32),
-            offset_m=np.zeros(n),
-            heading_rad=np.zeros(n),
-            curvature_per_m=np.zeros(n),
-            sigma_m=np.zeros(n),
-            fix=np.zeros(n, np.bool_),
-            fix_age=np.zeros(n, np.int32),
-            since_fix_m=np.zeros((n, 2)),
-            fix_m=np.zeros((n, 2)),
-        )
-
-    def arrays(self) -> Waiting:
-        """Return the arrays themselves."""
-        return Waiting(*(getattr(self, name) for name in Waiting._fields))
+    due: Flags = blank(False)
+    camera: Flags = blank(False)
+    camera_age: Ints = blank(0)
+    since_camera_m: Floats = blank(0.0, 2)
+    lane: Ints = blank(0)
+    offset_m: Floats = blank(0.0)
+    heading_rad: Floats = blank(0.0)
+    curvature_per_m: Floats = blank(0.0)
+    sigma_m: Floats = blank(0.0)
+    fix: Flags = blank(False)
+    fix_age: Ints = blank(0)
+    since_fix_m: Floats = blank(0.0, 2)
+    fix_m: Floats = blank(0.0, 2)
 
 
 @inline
-def grow_older(waiting: Waiting, row: int, sampling: Sampling, profile: int, motion: Motion, vehicle: int) -> None:
+def grow_older(pending: Pending, row: int, sampling: Sampling, profile: int, seen: Measurements, vehicle: int) -> None:
     """Let what waits at `row` be a step older; what is older than a period of its sensor is given up."""
-    if not (waiting.camera[row] or waiting.fix[row]):
+    if not (pending.camera[row] or pending.fix[row]):
         return
-    turn = motion.yaw_rate_rps[vehicle] * sampling.step_s
-    way = motion.speed_mps[vehicle] * sampling.step_s
-    east, north = dead_reckon(0.0, 0.0, motion.heading_rad[vehicle] - turn, way, turn)
-    waiting.since_camera_m[row, 0] += east
-    waiting.since_camera_m[row, 1] += north
-    waiting.since_fix_m[row, 0] += east
-    waiting.since_fix_m[row, 1] += north
-    waiting.camera_age[row] += 1
-    waiting.fix_age[row] += 1
-    waiting.camera[row] = waiting.camera[row] and waiting.camera_age[row] <= sampling.camera_steps[profile]
-    waiting.fix[row] = waiting.fix[row] and waiting.fix_age[row] <= sampling.fix_steps[profile]
+    turn = seen.yaw_rate_rps[vehicle] * sampling.step_s
+    way = seen.speed_mps[vehicle] * sampling.step_s
+    east, north = dead_reckon(0.0, 0.0, seen.heading_rad[vehicle] - turn, way, turn)
+    pending.since_camera_m[row, 0] += east
+    pending.since_camera_m[row, 1] += north
+    pending.since_fix_m[row, 0] += east
+    pending.since_fix_m[row, 1] += north
+    pending.camera_age[row] += 1
+    pending.fix_age[row] += 1
+    pending.camera[row] = pending.camera[row] and pending.camera_age[row] <= sampling.camera_steps[profile]
+    pending.fix[row] = pending.fix[row] and pending.fix_age[row] <= sampling.fix_steps[profile]
 
 
 @inline
-def keep_fix(waiting: Waiting, row: int, x_m: float, y_m: float) -> None:
+def keep_fix(pending: Pending, row: int, x_m: float, y_m: float) -> None:
     """Keep a fix of this step."""
-    waiting.fix[row] = True
-    waiting.fix_age[row] = 0
-    waiting.since_fix_m[row, 0], waiting.since_fix_m[row, 1] = 0.0, 0.0
-    waiting.fix_m[row, 0], waiting.fix_m[row, 1] = x_m, y_m
+    pending.fix[row] = True
+    pending.fix_age[row] = 0
+    pending.since_fix_m[row, 0], pending.since_fix_m[row, 1] = 0.0, 0.0
+    pending.fix_m[row, 0], pending.fix_m[row, 1] = x_m, y_m
 
 
 @inline
 def keep_lane(
-    waiting: Waiting, row: int, lane: int, heading_rad: float, offset_m: float, curvature_per_m: float, sigma_m: float
+    pending: Pending, row: int, lane: int, heading_rad: float, offset_m: float, curvature_per_m: float, sigma_m: float
 ) -> None:
     """Keep a camera sample of this step."""
-    waiting.camera[row] = True
-    waiting.camera_age[row] = 0
-    waiting.since_camera_m[row, 0], waiting.since_camera_m[row, 1] = 0.0, 0.0
-    waiting.lane[row] = lane
-    waiting.heading_rad[row] = heading_rad
-    waiting.offset_m[row] = offset_m
-    waiting.curvature_per_m[row] = curvature_per_m
-    waiting.sigma_m[row] = sigma_m
+    pending.camera[row] = True
+    pending.camera_age[row] = 0
+    pending.since_camera_m[row, 0], pending.since_camera_m[row, 1] = 0.0, 0.0
+    pending.lane[row] = lane
+    pending.heading_rad[row] = heading_rad
+    pending.offset_m[row] = offset_m
+    pending.curvature_per_m[row] = curvature_per_m
+    pending.sigma_m[row] = sigma_m
 
 
 @inline
-def take_pair(waiting: Waiting, row: int) -> bool:
+def take_pair(pending: Pending, row: int) -> bool:
     """Return whether a camera sample and a fix are to be compared now; then neither waits any longer."""
-    ready = waiting.due[row] and waiting.camera[row] and waiting.fix[row]
+    ready = pending.due[row] and pending.camera[row] and pending.fix[row]
     if ready:
-        waiting.due[row] = False
-        waiting.camera[row] = False
-        waiting.fix[row] = False
+        pending.due[row] = False
+        pending.camera[row] = False
+        pending.fix[row] = False
     return bool(ready)

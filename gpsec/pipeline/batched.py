@@ -9,7 +9,7 @@ from gpsec.core.tables import Rows, Table
 from gpsec.core.threads import Threads
 from gpsec.detection.alarm import AlarmState
 from gpsec.detection.base import LabelledDetector, Observation, Verdict
-from gpsec.detection.pairing import Samples
+from gpsec.detection.pairing import Pending
 from gpsec.detection.residual import MapView, Residuals
 from gpsec.detection.watchers import Watchers
 from gpsec.localization.responses import World
@@ -28,7 +28,7 @@ class BatchedMethod:
         self._watchers = watchers
         self._localization = localization
         self._residuals = Residuals(MapView(world.lanes, world.index, world.mode, world.layer), watchers.sampling)
-        self._samples = Samples.empty(1)
+        self._pending = Table(Pending)
         self._detector_states: list[AlarmState | None] = [
             None if isinstance(detector, LabelledDetector) else detector.new_state(1) for detector in watchers.detectors
         ]
@@ -45,7 +45,7 @@ class BatchedMethod:
     def _states(self) -> Sequence[Rows | Table[Any]]:
         return [
             self._answers,
-            self._samples,
+            self._pending,
             self._filters,
             *(state for state in self._detector_states if state is not None),
         ]
@@ -81,7 +81,7 @@ class BatchedMethod:
         watch: Stopwatch,
     ) -> None:
         """Form the residuals, ask the detectors, run the filters."""
-        self._residuals.update(number, self._samples, rows, tracks, vehicles, seen, threads)
+        self._residuals.update(number, self._pending.now, rows, tracks, vehicles, seen, threads)
         watch.lap("matching")
         self._detect(rows, tracks, vehicles, seen, threads, watch)
         filters = self._filters
@@ -103,8 +103,8 @@ class BatchedMethod:
             valid=tracks.residual_valid[rows],
             scale_m=self._watchers.scale_m[profile],
             speed_mps=seen.speed_mps[vehicle],
-            curvature_per_m=self._samples.curvature_per_m[rows],
-            camera_sigma_m=self._samples.sigma_m[rows],
+            curvature_per_m=self._pending.now.curvature_per_m[rows],
+            camera_sigma_m=self._pending.now.sigma_m[rows],
             step_s=self._world.step_s,
         )
         attacked = tracks.attacked[rows]

@@ -17,8 +17,6 @@ def make_log(
     tau_s: float = 60.0,
     chord_m: float = 0.2,
     gaps: bool = True,
-    network: str = "synthetic",
-    profile: str = "carla",
 ) -> ResidualLog:
     """Return a benign log; `white` and `slow` are standard deviations in units of the scale of 0.3 m."""
     rng = np.random.default_rng(seed)
@@ -38,8 +36,8 @@ def make_log(
         valid &= rng.uniform(size=shape) > 0.01
     residual = SCALE_M * (white * rng.normal(size=shape) + slow * level) + chord_m * bend / 0.02
     return ResidualLog(
-        network=network,
-        profile=profile,
+        network="synthetic",
+        profile="carla",
         matching="tracked",
         step_s=STEP_S,
         scale_m=SCALE_M,

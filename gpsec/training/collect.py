@@ -9,7 +9,7 @@ from gpsec.core.stopwatch import Stopwatch
 from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
 from gpsec.detection.logs import ResidualLog
-from gpsec.detection.pairing import Samples
+from gpsec.detection.pairing import Pending
 from gpsec.detection.residual import MapView, Residuals
 from gpsec.hdmap.map import HDMap, load_map
 from gpsec.hdmap.search import MODES
@@ -52,7 +52,7 @@ class _ResidualOnly:
         layer = np.array([hd_map.layer(profile.map_spacing_m)], np.int32)
         view = MapView(hd_map.lanes, hd_map.index, MODES[matching], layer)
         self._residuals = Residuals(view, sampling_of([profile], step_s))
-        self._samples = Samples.empty(1)
+        self._pending = Table(Pending)
         self.parts: list[tuple[np.ndarray, ...]] = []
         self._life: dict[int, int] = {}
         self._lives = 0
@@ -65,11 +65,11 @@ class _ResidualOnly:
     def grow(self, capacity: int) -> None:
         """Make room for `capacity` track rows."""
         self._answers.grow(capacity)
-        self._samples.grow(capacity)
+        self._pending.grow(capacity)
 
     def reset(self, rows: Ints) -> None:
         """Let `rows` stand for new vehicles."""
-        self._samples.reset(rows)
+        self._pending.reset(rows)
         for row in rows.tolist():
             self._life[row] = self._lives
             self._lives += 1
@@ -88,7 +88,7 @@ class _ResidualOnly:
         watch: Stopwatch,
     ) -> None:
         """Form the residuals and keep what a detector would be given."""
-        self._residuals.update(number, self._samples, rows, tracks, vehicles, seen, threads)
+        self._residuals.update(number, self._pending.now, rows, tracks, vehicles, seen, threads)
         vehicle = tracks.vehicle[rows]
         self.parts.append(
             (
@@ -97,8 +97,8 @@ class _ResidualOnly:
                 tracks.residual_m[rows],
                 tracks.residual_valid[rows],
                 seen.speed_mps[vehicle],
-                self._samples.curvature_per_m[rows],
-                self._samples.sigma_m[rows],
+                self._pending.now.curvature_per_m[rows],
+                self._pending.now.sigma_m[rows],
             )
         )
 

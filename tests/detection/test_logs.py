@@ -43,7 +43,7 @@ def test_split_parts_vehicles_and_is_repeatable():
 
 def test_logs_that_do_not_belong_together_are_refused():
     with pytest.raises(GpsecError, match="one profile"):
-        Grid.of([make_log(2, 5), make_log(2, 5, profile="dsd")])
+        Grid.of([make_log(2, 5), replace(make_log(2, 5), profile="dsd")])
     log = make_log(2, 5)
     with pytest.raises(GpsecError, match="sorted"):
         Grid.of([log.select(np.arange(len(log.vehicle))[::-1])])

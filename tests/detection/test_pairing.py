@@ -7,7 +7,7 @@ import pytest
 
 from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
-from gpsec.detection.pairing import DetectionClock, Samples, Sampling
+from gpsec.detection.pairing import DetectionClock, Pending, Sampling
 from gpsec.detection.residual import MapView, Residuals
 from gpsec.hdmap.map import HDMap, compile_map
 from gpsec.hdmap.search import TRACKED
@@ -34,7 +34,7 @@ class Ride:
         self.tracks.vehicle[:] = 0
         view = MapView(road.lanes, road.index, TRACKED, np.zeros(1, np.int32))
         self.residuals = Residuals(view, Sampling.of(step_s, [fix_hz], [camera_hz]))
-        self.samples = Samples.empty(1)
+        self.pending = Table(Pending).now
         self.yaw_rad, self.speed_mps = radians(5.0), 20.0
         self.seen.heading_rad[:], self.seen.speed_mps[:] = self.yaw_rad, self.speed_mps
 
@@ -51,7 +51,7 @@ class Ride:
         self.seen.camera_valid[0] = camera
         self.seen.lane_poly[0] = -(y - ROAD_Y_M) / cos(self.yaw_rad), -tan(self.yaw_rad), 0.0, 0.0
         rows = np.zeros(1, np.int32)
-        self.residuals.update(self.step, self.samples, rows, self.tracks, self.vehicles, self.seen, ONE_THREAD)
+        self.residuals.update(self.step, self.pending, rows, self.tracks, self.vehicles, self.seen, ONE_THREAD)
         return float(self.tracks.residual_m[0]) if self.tracks.residual_valid[0] else None
 
 

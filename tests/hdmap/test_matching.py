@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
-from gpsec.detection.pairing import Samples, Sampling
+from gpsec.detection.pairing import Pending, Sampling
 from gpsec.detection.residual import MapView, Residuals
 from gpsec.hdmap.map import HDMap, compile_map
 from gpsec.hdmap.matching import locate
@@ -186,7 +186,7 @@ def residual(hd_map, mode, lane, x, y, heading, layer, hint, c0=0.0) -> tuple[in
 
 def run(hd_map, mode, layer, vehicles, seen, tracks, rows) -> None:
     residuals = Residuals(MapView(hd_map.lanes, hd_map.index, mode, layer), Sampling.of(0.1, [10.0] * 2, [10.0] * 2))
-    residuals.update(0, Samples.empty(len(tracks.vehicle)), rows, tracks, vehicles, seen, Threads(1))
+    residuals.update(0, Table(Pending, len(tracks.vehicle)).now, rows, tracks, vehicles, seen, Threads(1))
 
 
 @settings(max_examples=100)
