@@ -11,9 +11,9 @@ from rich.console import Console
 
 from benchmarks import engines, growth, overhead, scale, startup
 from benchmarks.bench import Bench
-from benchmarks.book import Book
 from benchmarks.city import ROOT
 from benchmarks.processes import RunFailedError
+from benchmarks.store import Book
 
 GROUPS = (overhead, engines, scale, growth, startup)
 FIGURES = tuple(figure for group in GROUPS for figure in group.FIGURES)

@@ -70,7 +70,7 @@ class Bench:
     def recording(self, seconds: float) -> Path:
         """Record the traffic of the city anew."""
         target = self.work / "city.npz"
-        self.measure("recording", "benchmarks.crowd", str(self.city.sumocfg), str(seconds), str(target))
+        self.measure("recording", "benchmarks.synthetic_traffic", str(self.city.sumocfg), str(seconds), str(target))
         return target
 
     def evaluate(self, label: str, scenario: Path, *options: str) -> dict[str, Any]:

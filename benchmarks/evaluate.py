@@ -22,7 +22,7 @@ def main() -> None:
     parser.add_argument("--vehicles", type=int, default=1000, metavar="N", help="to make of the recording")
     options = parser.parse_args()
     # Here, and not above: the process of SUMO, which imports this module again, needs none of it.
-    from benchmarks.crowd import Crowd
+    from benchmarks.synthetic_traffic import Crowd
     from gpsec.core.progress import Progress
     from gpsec.pipeline.run import run_scenario
     from gpsec.scenario import load_scenario

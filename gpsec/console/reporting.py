@@ -9,12 +9,12 @@ from gpsec.console.terminal import messages, tables
 from gpsec.console.workshop import settle
 from gpsec.core.errors import GpsecError, shown
 from gpsec.core.system import in_a_sentence
-from gpsec.report.again import simulate
-from gpsec.report.both import write_comparison
-from gpsec.report.chosen import choose, story_of
+from gpsec.report.comparison_page import write_comparison
 from gpsec.report.geography import write_places
 from gpsec.report.make import Steps, logged_steps, write_report, write_trace
-from gpsec.report.told import told
+from gpsec.report.resimulate import simulate
+from gpsec.report.stories import choose, story_of
+from gpsec.report.terminal import told
 from gpsec.report.traces import rows_of
 from gpsec.running.results import Results, load, write_spreadsheets
 from gpsec.scenario.outside import load_parts

@@ -7,7 +7,7 @@ from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints, Unscen
 
 from gpsec.core.arrays import Floats
 from gpsec.localization.noise_table import LASTING_ERROR_S, FilterNoise
-from gpsec.reference.matching import Road
+from gpsec.reference.matching import LaneMatcher
 from gpsec.reference.sight import Sight
 
 
@@ -74,7 +74,7 @@ class GnssEkf:
         self.nis = float(ekf.y @ ekf.SI @ ekf.y)
 
 
-class CameraUkf:
+class PositionUkf:
     """State east and north, with yaw beside it; the camera's lane offset is observed through the HD map."""
 
     def __init__(
@@ -87,7 +87,7 @@ class CameraUkf:
         self.yaw_rad, self.yaw_variance = yaw_rad, yaw_variance
 
     @classmethod
-    def isolated(cls, ekf: GnssEkf) -> "CameraUkf":
+    def isolated(cls, ekf: GnssEkf) -> "PositionUkf":
         """Go on from where a filter is that has trusted GNSS."""
         mean, P = ekf.mean, ekf.covariance
         return cls(ekf.noise, mean[:2].copy(), P[:2, :2].copy(), float(mean[2]), float(P[2, 2]))
@@ -122,14 +122,14 @@ class CameraUkf:
         P[:2, :2] = self.covariance + widened
         return GnssEkf(self._noise, np.array([*self.mean, self.yaw_rad, 0.0, 0.0]), P)
 
-    def update(self, road: Road, sight: Sight) -> bool:
+    def update(self, matcher: LaneMatcher, sight: Sight) -> bool:
         """Correct with the lane offset that the camera sees (Eqs 13-16).
 
         Returns whether every sigma point was matched; where one was not, nothing is corrected.
         """
 
         def expected(point: Floats) -> Floats:
-            offset = road.offset(float(point[0]), float(point[1]), self.yaw_rad, sight.lane)
+            offset = matcher.offset(float(point[0]), float(point[1]), self.yaw_rad, sight.lane)
             if offset is None:
                 raise NoLaneError
             return np.array([offset])

@@ -1,5 +1,6 @@
-"""An isolation forest by its definition (Liu, Ting and Zhou, ICDM 2008)."""
+"""The isolation forest by its definition (Liu, Ting and Zhou, ICDM 2008)."""
 
+from collections import deque
 from collections.abc import Sequence
 from math import log
 from typing import Self
@@ -7,7 +8,10 @@ from typing import Self
 import numpy as np
 
 from gpsec.core.arrays import Floats
+from gpsec.detection.isolation_forest import WINDOW
 from gpsec.detection.learned import Learned
+from gpsec.reference.detector import Scale, TrackDetector
+from gpsec.reference.sight import Sight
 
 
 def expected_path(samples: int) -> float:
@@ -46,3 +50,26 @@ class PlainForest:
 
     def __deepcopy__(self, memo: dict[int, object]) -> Self:
         return self
+
+
+class TrackForest(TrackDetector):
+    """Isolation forest on windows of the residual."""
+
+    def __init__(self, forest: PlainForest, scale: Scale) -> None:
+        super().__init__(scale)
+        self._forest = forest
+        self._last: deque[float] = deque(maxlen=WINDOW)
+
+    def forget(self) -> None:
+        """Empty the window."""
+        self._last.clear()
+
+    def score(self, z: float, sight: Sight, elapsed_s: float) -> float | None:
+        """Return the anomaly score of the window and its mean, turned so that the mean is not negative."""
+        self._last.append(z)
+        if len(self._last) < WINDOW:
+            return None
+        side = -1.0 if sum(self._last) < 0.0 else 1.0
+        features = [side * value for value in self._last]
+        features.append(sum(features) / WINDOW)
+        return self._forest.score(np.clip(features, -1e6, 1e6))

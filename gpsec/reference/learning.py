@@ -8,7 +8,7 @@ from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints, Unscen
 from gpsec.core.arrays import Floats
 from gpsec.localization.noise_table import FilterNoise
 from gpsec.reference.filters import NoLaneError, arc, not_given, wrapped
-from gpsec.reference.matching import Road
+from gpsec.reference.matching import LaneMatcher
 from gpsec.reference.sight import Sight
 
 # Where the learnt motion's states (east, north, yaw, scale, gyro bias) are in the state of each filter.
@@ -138,7 +138,7 @@ class LaneUkf:
         ukf.x = np.array([*moved, correlation * ukf.x[5]])
         ukf.P = whole_F @ ukf.P @ whole_F.T + whole_Q
 
-    def update(self, road: Road, sight: Sight) -> bool:
+    def update(self, matcher: LaneMatcher, sight: Sight) -> bool:
         """Correct with offset and slope of the lane that the camera sees; False where a sigma point has no match."""
         noise = self.noise
         white = sqrt(max(sight.camera_sigma_m**2 - noise.camera_bias_m**2 - noise.camera_mount_m**2, 0.0))
@@ -147,7 +147,7 @@ class LaneUkf:
 
         def expected(point: Floats) -> Floats:
             x, y, yaw, _, _, camera = point.tolist()
-            view = road.view(x, y, yaw, sight.lane)
+            view = matcher.view(x, y, yaw, sight.lane)
             if view is None:
                 raise NoLaneError
             return np.array([view[0] + camera, tan(view[1])])

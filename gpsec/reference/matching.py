@@ -18,7 +18,7 @@ _EXTENSION_M = 1000.0
 _RADII_M = (4.0, 16.0, 64.0)
 
 
-class Road:
+class LaneMatcher:
     """The lanes as a vehicle's own map has them, one shapely line for each segment.
 
     Attributes:

@@ -12,12 +12,13 @@ from gpsec.hdmap.map import HDMap
 from gpsec.localization.noise_table import FilterNoise
 from gpsec.localization.responses import World
 from gpsec.localization.switch import Localization
-from gpsec.reference.detectors import Scale, Watch, watch_maker
-from gpsec.reference.matching import Road
+from gpsec.reference.detector import Scale, TrackDetector
+from gpsec.reference.detectors import detector_maker
+from gpsec.reference.history import Rules
+from gpsec.reference.matching import LaneMatcher
 from gpsec.reference.pairing import Pair, Pairing, Residual
-from gpsec.reference.past import Rules
 from gpsec.reference.sight import Sight
-from gpsec.reference.switch import Helm
+from gpsec.reference.switch import TrackLocalization
 from gpsec.types.answers import Answers
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Measurements, Vehicles
@@ -31,15 +32,15 @@ class ReferenceTrack:
 
     Attributes:
         pairing: what is compared with what.
-        watches: one for each detector.
-        helm: the filters of all defences.
+        detectors: those of the run, in their order.
+        localization: the filters of all defences.
 
     """
 
-    def __init__(self, pairing: Pairing, watches: list[Watch], helm: Helm) -> None:
+    def __init__(self, pairing: Pairing, detectors: list[TrackDetector], localization: TrackLocalization) -> None:
         self.pairing = pairing
-        self.watches = watches
-        self.helm = helm
+        self.detectors = detectors
+        self.localization = localization
 
 
 class ReferenceMethod:
@@ -59,11 +60,13 @@ class ReferenceMethod:
         self._watchers = watchers
         self._localization = localization
         self._profiles = len(world.layer)
-        roads = {layer: Road(hd_map, layer, world.mode == _TRACKED_MODE) for layer in set(world.layer.tolist())}
-        self._roads = [roads[layer] for layer in world.layer.tolist()]
-        self._make_watch = [watch_maker(detector, self._profiles) for detector in watchers.detectors]
+        matchers = {
+            layer: LaneMatcher(hd_map, layer, world.mode == _TRACKED_MODE) for layer in set(world.layer.tolist())
+        }
+        self._matchers = [matchers[layer] for layer in world.layer.tolist()]
+        self._make_detector = [detector_maker(detector, self._profiles) for detector in watchers.detectors]
         self._tracks: dict[int, ReferenceTrack] = {}
-        self._new_helm(0)  # says now, rather than with the first vehicle, what is missing
+        self._new_localization(0)  # says now, rather than with the first vehicle, what is missing
         lengths = {"detectors": len(watchers.names), "defences": len(localization.responses)}
         self._answers = Table(Answers, **lengths)
 
@@ -127,37 +130,39 @@ class ReferenceMethod:
     def _residual(self, pair: Pair, profile: int) -> Residual | None:
         """Return z = d_camera - d_map(fix); None where there is no match."""
         x, y = pair.fix_m.tolist()
-        on_map = self._roads[profile].offset(x, y, pair.sight.heading_rad, pair.sight.lane)
+        on_map = self._matchers[profile].offset(x, y, pair.sight.heading_rad, pair.sight.lane)
         return None if on_map is None else Residual(pair.offset_m - on_map, pair.now_m)
 
     def _answer(self, row: int, sight: Sight, residual: Residual | None, attacked: bool, profile: int) -> None:
         track, answers = self._tracks[row], self.answers
         residual_m = None if residual is None else residual.z_m
-        for k, watch in enumerate(track.watches):
-            ruling = watch.step(sight, residual_m, attacked)
-            answers.statistic[row, k] = ruling.statistic
-            answers.scored[row, k] = ruling.scored
-            answers.alarm[row, k] = ruling.alarm
-        track.helm.step(sight, answers.alarm[row].tolist(), residual, self._roads[profile])
-        for d, navigator in enumerate(track.helm.navigators):
-            answers.estimate_m[row, d] = navigator.position_m
-            answers.isolated[row, d] = navigator.isolated
+        for k, detector in enumerate(track.detectors):
+            verdict = detector.step(sight, residual_m, attacked)
+            answers.statistic[row, k] = verdict.statistic
+            answers.scored[row, k] = verdict.scored
+            answers.alarm[row, k] = verdict.alarm
+        track.localization.step(sight, answers.alarm[row].tolist(), residual, self._matchers[profile])
+        for d, defence in enumerate(track.localization.defences):
+            answers.estimate_m[row, d] = defence.position_m
+            answers.isolated[row, d] = defence.isolated
 
     def _new_track(self, profile: int) -> ReferenceTrack:
         watchers = self._watchers
-        watches = [
+        detectors = [
             make(Scale(profile, float(watchers.scale_m[profile]), float(threshold), self._world.step_s))
-            for make, threshold in zip(self._make_watch, watchers.thresholds[profile], strict=True)
+            for make, threshold in zip(self._make_detector, watchers.thresholds[profile], strict=True)
         ]
         sampling = watchers.sampling
         pairing = Pairing(sampling.step_s, int(sampling.fix_steps[profile]), int(sampling.camera_steps[profile]))
-        return ReferenceTrack(pairing, watches, self._new_helm(profile))
+        return ReferenceTrack(pairing, detectors, self._new_localization(profile))
 
-    def _new_helm(self, profile: int) -> Helm:
+    def _new_localization(self, profile: int) -> TrackLocalization:
         table, localization = self._world.table, self._localization
         noise = FilterNoise(**{name: float(getattr(table, name)[profile]) for name in table._fields})
         rules = Rules(noise, localization.settings, self._world.step_s)
-        return Helm(localization.detector.tolist(), [response.name for response in localization.responses], rules)
+        return TrackLocalization(
+            localization.detector.tolist(), [response.name for response in localization.responses], rules
+        )
 
 
 def _sight(row: int, vehicle: int, tracks: Tracks, vehicles: Vehicles, seen: Measurements) -> Sight:

@@ -7,20 +7,20 @@ import numpy as np
 
 from gpsec.core.arrays import Floats
 from gpsec.core.errors import GpsecError, nearest
-from gpsec.reference.filters import CameraUkf, GnssEkf
+from gpsec.reference.filters import GnssEkf, PositionUkf
+from gpsec.reference.history import Rules, SightHistory, heading_before, isolated
 from gpsec.reference.learning import LaneUkf, LearningEkf
-from gpsec.reference.matching import Road
+from gpsec.reference.matching import LaneMatcher
 from gpsec.reference.pairing import Residual
-from gpsec.reference.past import Past, Rules, heading_before, isolated
 from gpsec.reference.sight import Sight
 from gpsec.types.tracks import SAMPLE_S
 
-RESPONSES = ("none", "dead_reckoning", "ukf", "rollback", "ukf5", "ukf5_rollback")
+REFERENCE_RESPONSES = ("none", "dead_reckoning", "ukf", "rollback", "ukf5", "ukf5_rollback")
 _SIGMAS = 3.0
 _ALONG_SLACK_M = 1.0
 
 
-class Navigator:
+class TrackDefence:
     """One defence of one track: an EKF while GNSS is trusted, a UKF while it is isolated."""
 
     def __init__(self, response: str, rules: Rules, fix_m: Floats, heading_rad: float) -> None:
@@ -29,10 +29,10 @@ class Navigator:
         self._learns = response.startswith("ukf5")
         kind = LearningEkf if self._learns else GnssEkf
         self.ekf: GnssEkf | LearningEkf | None = kind.at_first_fix(rules.noise, fix_m, heading_rad)
-        self.ukf: CameraUkf | LaneUkf | None = None
+        self.ukf: PositionUkf | LaneUkf | None = None
         self.corrected = False
         self.went_back = False
-        self._past = Past(rules) if response.endswith("rollback") else None
+        self._history = SightHistory(rules) if response.endswith("rollback") else None
         self._quiet_s = 0.0
         self._consistent_s = 0.0
         self._way_m = 0.0
@@ -47,18 +47,18 @@ class Navigator:
         """The (2,) estimate."""
         return (self.ekf or self.ukf).mean[:2]  # type: ignore[union-attr]
 
-    def step(self, sight: Sight, alarm: bool, lost: bool, residual: Residual | None, road: Road) -> None:
+    def step(self, sight: Sight, alarm: bool, lost: bool, residual: Residual | None, matcher: LaneMatcher) -> None:
         """Take one step."""
         step_s = self._rules.step_s
         self.went_back = False
-        if self._past is not None:
-            self._past.note(self.ekf or self.ukf, sight)
+        if self._history is not None:
+            self._history.note(self.ekf or self.ukf, sight)
         if self.ekf is not None and self.response != "none" and (alarm or lost):
             self._quiet_s = self._consistent_s = self._way_m = 0.0
-            if self._past is None or lost:
+            if self._history is None or lost:
                 self.ukf = isolated(self.ekf, None if lost else heading_before(sight, step_s), self._rules.noise)
             else:
-                self.ukf, self._way_m = self._past.go_back(road)
+                self.ukf, self._way_m = self._history.go_back(matcher)
                 self.went_back = True
             self.ekf = None
         if self.ekf is not None:
@@ -71,14 +71,14 @@ class Navigator:
                 self._way_m += abs(sight.speed_mps) * step_s
             self.corrected = False
             if self.response != "dead_reckoning" and sight.lane_offset_m is not None:
-                self.corrected = self.ukf.update(road, sight)
+                self.corrected = self.ukf.update(matcher, sight)
             self._quiet_s = 0.0 if alarm or lost else self._quiet_s + step_s
             if lost:
                 self._consistent_s = 0.0
             if residual is not None:
                 self._consider(self.ukf, residual)
 
-    def _consider(self, ukf: CameraUkf | LaneUkf, residual: Residual) -> None:
+    def _consider(self, ukf: PositionUkf | LaneUkf, residual: Residual) -> None:
         """Compare a fix with what the vehicle knows; take GNSS back where it has agreed for long enough."""
         noise, settings, half = self._rules.noise, self._rules.settings, self._rules.step_s / 2.0
         ahead = np.array([cos(ukf.yaw_rad), sin(ukf.yaw_rad)])
@@ -97,35 +97,35 @@ class Navigator:
             self.ukf = None
 
 
-class Helm:
+class TrackLocalization:
     """All defences of one track.
 
     Attributes:
-        navigators: one for each defence; none before the first fix.
+        defences: one for each defence; none before the first fix.
 
     """
 
     def __init__(self, detectors: Sequence[int], responses: Sequence[str], rules: Rules) -> None:
         for response in responses:
-            if response not in RESPONSES:
-                known = nearest(response, RESPONSES)
+            if response not in REFERENCE_RESPONSES:
+                known = nearest(response, REFERENCE_RESPONSES)
                 raise GpsecError(f"the reference engine has no response '{response}': {known}")
-        self.navigators: list[Navigator] = []
+        self.defences: list[TrackDefence] = []
         self._detectors = list(detectors)
         self._responses = list(responses)
         self._rules = rules
         self._fix_age_s = inf
 
-    def step(self, sight: Sight, alarms: Sequence[bool], residual: Residual | None, road: Road) -> None:
+    def step(self, sight: Sight, alarms: Sequence[bool], residual: Residual | None, matcher: LaneMatcher) -> None:
         """Take one step; `alarms` are those of the detectors."""
-        if not self.navigators:
+        if not self.defences:
             if sight.fix_m is not None:
                 self._fix_age_s = 0.0
-                self.navigators = [
-                    Navigator(response, self._rules, sight.fix_m, sight.heading_rad) for response in self._responses
+                self.defences = [
+                    TrackDefence(response, self._rules, sight.fix_m, sight.heading_rad) for response in self._responses
                 ]
             return
         self._fix_age_s = 0.0 if sight.fix_m is not None else self._fix_age_s + self._rules.step_s
         lost = self._fix_age_s > self._rules.outage_s
-        for navigator, detector in zip(self.navigators, self._detectors, strict=True):
-            navigator.step(sight, alarms[detector], lost, residual, road)
+        for defence, detector in zip(self.defences, self._detectors, strict=True):
+            defence.step(sight, alarms[detector], lost, residual, matcher)

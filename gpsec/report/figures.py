@@ -3,7 +3,7 @@
 import numpy as np
 
 from gpsec.outcomes.state import OUTCOMES
-from gpsec.report.frame import Figure, Series, colours, group_name, grouped
+from gpsec.report.figure_data import Figure, Series, colours, group_name, grouped
 from gpsec.running.results import Results
 from gpsec.scenario.choices import BOUNDS
 

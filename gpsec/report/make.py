@@ -7,16 +7,16 @@ from typing import Any
 import pandas as pd
 
 from gpsec import __version__
-from gpsec.report.chosen import Story, choose, reference_defence
+from gpsec.report.figure_data import group_name
 from gpsec.report.figures import all_figures
-from gpsec.report.frame import group_name
+from gpsec.report.formatting import seconds
+from gpsec.report.map import map_figure
 from gpsec.report.page import render, write
-from gpsec.report.roads import map_figure
+from gpsec.report.stories import Story, choose, reference_defence
 from gpsec.report.tables import detection_tables, localization_tables, safety_tables
-from gpsec.report.told import facts
+from gpsec.report.terminal import facts
 from gpsec.report.traces import trace_figures
 from gpsec.report.verdict import verdicts
-from gpsec.report.words import seconds
 from gpsec.running.results import Results
 
 REPORT = "report.html"

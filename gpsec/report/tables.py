@@ -8,9 +8,9 @@ import pandas as pd
 
 from gpsec.outcomes.paper import TABLE_I, localization_like
 from gpsec.outcomes.state import OUTCOMES
+from gpsec.report.figure_data import group_name
 from gpsec.report.figures import UNDEFENDED, defences_of
-from gpsec.report.frame import group_name
-from gpsec.report.words import EMPTY, figure, interval
+from gpsec.report.formatting import EMPTY, figure, interval
 from gpsec.running.results import Results
 from gpsec.scenario.choices import BOUNDS
 

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from gpsec.report.chosen import Story
+from gpsec.report.figure_data import Figure, Series, colours
 from gpsec.report.figures import UNDEFENDED, defences_of, detectors_of
-from gpsec.report.frame import Figure, Series, colours
+from gpsec.report.stories import Story
 from gpsec.running.results import Results
 
 # What is shown of a journey before and after the attack.

@@ -6,9 +6,9 @@ from typing import Any
 
 import pandas as pd
 
+from gpsec.report.figure_data import group_name
 from gpsec.report.figures import UNDEFENDED, defences_of
-from gpsec.report.frame import group_name
-from gpsec.report.words import figure, interval
+from gpsec.report.formatting import figure, interval
 from gpsec.running.results import Results
 from gpsec.scenario.choices import BOUNDS
 

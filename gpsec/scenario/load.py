@@ -15,7 +15,7 @@ from gpsec.scenario.model import MAX_NAME, NAME, Scenario
 from gpsec.scenario.outside import NOTHING, Outside, load_parts
 from gpsec.scenario.overrides import Override, apply
 from gpsec.scenario.paths import UNUSABLE, Found, expand, find, only_sumocfg, reason
-from gpsec.scenario.sentences import dotted, origin, quoted, sentence
+from gpsec.scenario.validation_errors import dotted, origin, quoted, sentence
 
 
 def load_scenario(argument: str | Path, overrides: Sequence[Override] = (), outside: Outside = NOTHING) -> Scenario:

@@ -10,10 +10,10 @@ import sumolib
 
 from benchmarks import bench, city
 from benchmarks.__main__ import FIGURES, main
-from benchmarks.book import Book
 from benchmarks.city import City
-from benchmarks.crowd import Crowd, everybody
 from benchmarks.figures import Figure, Sample
+from benchmarks.store import Book
+from benchmarks.synthetic_traffic import Crowd, everybody
 from gpsec.hdmap.map import load_map
 from gpsec.traffic.options import resolve_options
 from gpsec.traffic.recording import Recording, record

@@ -11,7 +11,7 @@ from gpsec.detection.logs import Grid
 from gpsec.detection.lstm import DECAYS, Lstm
 from gpsec.detection.lstm_cell import HIDDEN, INPUTS, exp32
 from gpsec.detection.lstm_cusum import LstmCusum
-from gpsec.reference.network import PlainNetwork
+from gpsec.reference.forecast import PlainNetwork
 from gpsec.testing.detectors import ask
 from gpsec.testing.residuals import make_log
 

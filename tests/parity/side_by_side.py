@@ -122,29 +122,29 @@ class SideBySide:
 
     def _compare_filters(self, row: int, filters: FilterState) -> None:
         found = self.found
-        navigators = self.reference.track(row).helm.navigators
-        found.same("filter started", bool(navigators), filters.started[row])
-        for d, navigator in enumerate(navigators):
+        defences = self.reference.track(row).localization.defences
+        found.same("filter started", bool(defences), filters.started[row])
+        for d, defence in enumerate(defences):
             mean, covariance = filters.mean[row, d], filters.covariance[row, d]
-            if navigator.ekf is not None:
-                size = len(navigator.ekf.mean)
+            if defence.ekf is not None:
+                size = len(defence.ekf.mean)
                 learning = "learning " * (size > 5)
-                found.close(f"{learning}EKF state", navigator.ekf.mean, mean[:size])
-                found.close(f"{learning}EKF covariance", navigator.ekf.covariance, covariance[:size, :size])
-                found.same("EKF update", navigator.ekf.nis is not None, filters.innovation_valid[row, d])
-                if navigator.ekf.nis is not None:
+                found.close(f"{learning}EKF state", defence.ekf.mean, mean[:size])
+                found.close(f"{learning}EKF covariance", defence.ekf.covariance, covariance[:size, :size])
+                found.same("EKF update", defence.ekf.nis is not None, filters.innovation_valid[row, d])
+                if defence.ekf.nis is not None:
                     nis = float((filters.innovation[row, d] ** 2).sum())
-                    found.relative("EKF NIS", navigator.ekf.nis, nis)
-            if isinstance(navigator.ukf, LaneUkf):
+                    found.relative("EKF NIS", defence.ekf.nis, nis)
+            if isinstance(defence.ukf, LaneUkf):
                 at = [0, 1, 2, 5, 6, 3]
-                found.close("lane UKF state", navigator.ukf.state, mean[at])
-                found.close("lane UKF covariance", navigator.ukf.state_covariance, covariance[np.ix_(at, at)])
-                found.seen["lane correction"] += navigator.corrected
-                found.seen["lane rollback"] += navigator.went_back
-            elif navigator.ukf is not None:
-                found.seen["rollback"] += navigator.went_back
-                found.close("UKF state", [*navigator.ukf.mean, navigator.ukf.yaw_rad], mean[:3])
-                found.close("UKF covariance", navigator.ukf.covariance, covariance[:2, :2])
-                found.close("UKF yaw variance", navigator.ukf.yaw_variance, covariance[2, 2])
-                found.seen["camera correction"] += navigator.corrected
+                found.close("lane UKF state", defence.ukf.state, mean[at])
+                found.close("lane UKF covariance", defence.ukf.state_covariance, covariance[np.ix_(at, at)])
+                found.seen["lane correction"] += defence.corrected
+                found.seen["lane rollback"] += defence.went_back
+            elif defence.ukf is not None:
+                found.seen["rollback"] += defence.went_back
+                found.close("UKF state", [*defence.ukf.mean, defence.ukf.yaw_rad], mean[:3])
+                found.close("UKF covariance", defence.ukf.covariance, covariance[:2, :2])
+                found.close("UKF yaw variance", defence.ukf.yaw_variance, covariance[2, 2])
+                found.seen["camera correction"] += defence.corrected
         found.seen["repair"] += int(filters.repairs[row].sum())

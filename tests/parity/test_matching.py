@@ -1,4 +1,4 @@
-"""Matching against shapely, far more often and further off the road than one drive under attack does it."""
+"""Matching against shapely, far more often and further off the matcher than one drive under attack does it."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import pytest
 from gpsec.core.arrays import Floats, Ints
 from gpsec.hdmap.matching import offsets
 from gpsec.hdmap.search import NEAREST, TRACKED
-from gpsec.reference.matching import Road
+from gpsec.reference.matching import LaneMatcher
 
 from .drive import Drive
 
@@ -44,10 +44,10 @@ def test_offsets_with_their_signs_on_every_layer(drive: Drive, places: tuple[Flo
     for layer in range(1 + len(hd_map.spacings_m)):
         segment, offset = np.zeros(len(lane), np.int32), np.zeros(len(lane))
         offsets(hd_map.lanes, hd_map.index, mode, layer, lane, position, heading, segment, offset)
-        road = Road(hd_map, layer, mode == TRACKED)
+        matcher = LaneMatcher(hd_map, layer, mode == TRACKED)
         between = 0
         for i, (x, y) in enumerate(position.tolist()):
-            expected = road.offset(x, y, float(heading[i]), int(lane[i]))
+            expected = matcher.offset(x, y, float(heading[i]), int(lane[i]))
             found = float(offset[i]) if segment[i] >= 0 else None
             both = expected is not None and found is not None
             if abs(expected - found) > 1e-9 if both else expected is not found:

@@ -17,11 +17,11 @@ from gpsec.detection.forest_training import flatten
 from gpsec.detection.lstm_training import ResidualLstm, to_arrays
 from gpsec.localization.noise_table import FilterNoise
 from gpsec.localization.switch import SwitchSettings
-from gpsec.reference.detectors import watch_maker
+from gpsec.reference.detectors import detector_maker
+from gpsec.reference.forecast import PlainNetwork
 from gpsec.reference.forest import PlainForest
-from gpsec.reference.network import PlainNetwork
-from gpsec.reference.past import Rules
-from gpsec.reference.switch import Helm
+from gpsec.reference.history import Rules
+from gpsec.reference.switch import TrackLocalization
 
 
 def test_no_module_of_the_reference_knows_a_kernel():
@@ -73,7 +73,7 @@ class Unheard(Detector):
 
 def test_what_has_no_reference_is_named():
     with pytest.raises(GpsecError, match=r"^the reference engine has no detector 'unheard': did you mean 'never'\?"):
-        watch_maker(Unheard(), 1)
+        detector_maker(Unheard(), 1)
     rules = Rules(FilterNoise(*[1.0] * 16), SwitchSettings(), 0.1)
     with pytest.raises(GpsecError, match=r"^the reference engine has no response 'uk': did you mean 'ukf'\?"):
-        Helm([0], ["uk"], rules)
+        TrackLocalization([0], ["uk"], rules)

@@ -1,7 +1,7 @@
 import numpy as np
 import pandas as pd
 
-from gpsec.report.chosen import Story
+from gpsec.report.stories import Story
 from gpsec.report.traces import rows_of
 
 

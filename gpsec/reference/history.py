@@ -6,9 +6,9 @@ from math import ceil
 
 from gpsec.localization.noise_table import FilterNoise
 from gpsec.localization.switch import SwitchSettings
-from gpsec.reference.filters import CameraUkf, GnssEkf, wrapped
+from gpsec.reference.filters import GnssEkf, PositionUkf, wrapped
 from gpsec.reference.learning import LaneUkf, LearningEkf
-from gpsec.reference.matching import Road
+from gpsec.reference.matching import LaneMatcher
 from gpsec.reference.sight import Sight
 
 _YAW_SIGMAS = 4.0
@@ -51,32 +51,32 @@ def heading_before(sight: Sight, step_s: float) -> float:
     return sight.heading_rad - sight.yaw_rate_rps * step_s
 
 
-def isolated(ekf: GnssEkf | LearningEkf, heading_rad: float | None, noise: FilterNoise) -> CameraUkf | LaneUkf:
+def isolated(ekf: GnssEkf | LearningEkf, heading_rad: float | None, noise: FilterNoise) -> PositionUkf | LaneUkf:
     """Return a filter that goes on without GNSS.
 
     Where spoofed fixes have turned the filter, the heading sensor's yaw is better; None where fixes were only lost.
     """
-    ukf = LaneUkf.isolated(ekf) if isinstance(ekf, LearningEkf) else CameraUkf.isolated(ekf)
+    ukf = LaneUkf.isolated(ekf) if isinstance(ekf, LearningEkf) else PositionUkf.isolated(ekf)
     if heading_rad is not None and abs(wrapped(ukf.yaw_rad - heading_rad)) > _YAW_SIGMAS * noise.heading_rad:
         ukf.take_yaw(heading_rad)
     return ukf
 
 
-class Past:
+class SightHistory:
     """All that was seen since the first fix, and what the filter was at some steps."""
 
     def __init__(self, rules: Rules) -> None:
         self._rules = rules
         self._sights: list[Sight] = []
-        self._kept: dict[int, GnssEkf | LearningEkf | CameraUkf | LaneUkf] = {}
+        self._kept: dict[int, GnssEkf | LearningEkf | PositionUkf | LaneUkf] = {}
 
-    def note(self, before: GnssEkf | LearningEkf | CameraUkf | LaneUkf | None, sight: Sight) -> None:
+    def note(self, before: GnssEkf | LearningEkf | PositionUkf | LaneUkf | None, sight: Sight) -> None:
         """Take in what is seen in a step, and what the filter was before it."""
         if before is not None and len(self._sights) % self._rules.interval == 0:
             self._kept[len(self._sights)] = deepcopy(before)
         self._sights.append(sight)
 
-    def go_back(self, road: Road) -> tuple[CameraUkf | LaneUkf, float]:
+    def go_back(self, matcher: LaneMatcher) -> tuple[PositionUkf | LaneUkf, float]:
         """Return the filter as it was before the attack, propagated up to now without GNSS, and the way it went.
 
         The camera of the last step is not used yet.
@@ -96,5 +96,5 @@ class Past:
             ukf.predict(sight.speed_mps, sight.yaw_rate_rps, rules.step_s)
             way_m += abs(sight.speed_mps) * rules.step_s
             if step < last and sight.lane_offset_m is not None:
-                ukf.update(road, sight)
+                ukf.update(matcher, sight)
         return ukf, way_m

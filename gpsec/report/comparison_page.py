@@ -7,12 +7,12 @@ from typing import Any
 import pandas as pd
 
 from gpsec import __version__
+from gpsec.report.comparison import FALSE_ALARMS, comparison, pairs
+from gpsec.report.figure_data import Figure, Series, colours, group_name
 from gpsec.report.figures import UNDEFENDED
-from gpsec.report.frame import Figure, Series, colours, group_name
+from gpsec.report.formatting import figure, interval
 from gpsec.report.page import render, write
-from gpsec.report.paired import FALSE_ALARMS, comparison, pairs
 from gpsec.report.tables import Cell, Row, Table
-from gpsec.report.words import figure, interval
 from gpsec.running.results import Results
 
 COMPARISON = "comparison.html"

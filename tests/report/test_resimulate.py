@@ -7,8 +7,8 @@ from gpsec import cli
 from gpsec.console import reporting
 from gpsec.core.errors import GpsecError
 from gpsec.pipeline.run import run_scenario
-from gpsec.report.again import simulate
-from gpsec.report.chosen import choose, story_of
+from gpsec.report.resimulate import simulate
+from gpsec.report.stories import choose, story_of
 from gpsec.running.results import load
 from gpsec.scenario import load_scenario
 from gpsec.scenario.overrides import parse_set

@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 
 from gpsec.outcomes.places import ATTACK_BEGAN, DETECTED, LEFT_LANE
+from gpsec.report.figure_data import Figure, Series, group_name
 from gpsec.report.figures import UNDEFENDED, defences_of, detectors_of
-from gpsec.report.frame import Figure, Series, group_name
 from gpsec.running.results import Results
 
 # Length of a degree of latitude, and of longitude at the equator.

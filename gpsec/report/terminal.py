@@ -8,8 +8,8 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from gpsec.report.chosen import Story
-from gpsec.report.words import EMPTY, figure
+from gpsec.report.formatting import EMPTY, figure
+from gpsec.report.stories import Story
 from gpsec.running.results import Results
 
 _LEVELS = "▁▂▃▄▅▆▇█"

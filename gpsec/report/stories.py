@@ -7,8 +7,8 @@ from typing import Any
 import pandas as pd
 
 from gpsec.core.errors import GpsecError, nearest, shown
+from gpsec.report.figure_data import group_name
 from gpsec.report.figures import UNDEFENDED
-from gpsec.report.frame import group_name
 from gpsec.running.results import Results
 from gpsec.scenario.choices import BOUNDS
 

@@ -1,6 +1,6 @@
 """Recorded traffic with fewer or more vehicles, in SUMO's place.
 
-``python -m benchmarks.crowd SUMOCFG SECONDS FILE`` makes a recording.
+``python -m benchmarks.synthetic_traffic SUMOCFG SECONDS FILE`` makes a recording.
 """
 
 import sys

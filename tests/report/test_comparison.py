@@ -6,8 +6,8 @@ import pandas as pd
 import pytest
 
 from gpsec.core.errors import GpsecError
-from gpsec.report.both import write_comparison
-from gpsec.report.paired import FALSE_ALARMS, FIGURES, comparison, pairs
+from gpsec.report.comparison import FALSE_ALARMS, FIGURES, comparison, pairs
+from gpsec.report.comparison_page import write_comparison
 from gpsec.running.results import load
 
 from .conftest import write_run

@@ -1,0 +1,77 @@
+"""What every detector of one track does: it scores residuals, raises, holds and ends its alarm."""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+from gpsec.detection.alarm import GAP_S, HOLD_S
+from gpsec.reference.sight import Sight
+
+
+@dataclass(frozen=True)
+class TrackVerdict:
+    """What a detector says in one step; the statistic is 0 where nothing was scored."""
+
+    statistic: float
+    scored: bool
+    alarm: bool
+
+
+@dataclass(frozen=True)
+class Scale:
+    """What a detector of one sensor profile is set to.
+
+    Attributes:
+        profile: index of the profile.
+        scale_m: standard deviation of the residual that the profile promises.
+        threshold: over which a statistic is an alarm.
+        step_s: length of a step.
+
+    """
+
+    profile: int
+    scale_m: float
+    threshold: float
+    step_s: float
+
+
+class TrackDetector(ABC):
+    """One detector of one track: when it scores, and when its alarm begins, is held and ends."""
+
+    def __init__(self, scale: Scale) -> None:
+        self.scale = scale
+        self.alarm = False
+        self._valid_before_s = 0.0
+        self._scored_before_s = 0.0
+        # Sums of steps do not meet round figures exactly.
+        self._late_s = 1e-6 * scale.step_s
+
+    def step(self, sight: Sight, residual_m: float | None, attacked: bool) -> TrackVerdict:
+        """Take one step; `attacked` is for the one that is told the truth."""
+        self._valid_before_s += self.scale.step_s
+        self._scored_before_s += self.scale.step_s
+        statistic = None
+        z = None if residual_m is None else residual_m / self.scale.scale_m
+        if z is not None:
+            if self._valid_before_s > GAP_S + self._late_s:
+                self.forget()
+            statistic = self.score(z, sight, self._valid_before_s)
+            self._valid_before_s = 0.0
+        if statistic is not None:
+            self.alarm = statistic > self.scale.threshold
+            self._scored_before_s = 0.0
+        elif self._scored_before_s > HOLD_S + self._late_s:
+            self.alarm = False
+        if z is not None:
+            self.learn(z)
+        return TrackVerdict(statistic or 0.0, statistic is not None, self.alarm)
+
+    @abstractmethod
+    def forget(self) -> None:
+        """Begin anew: there was no valid residual for too long."""
+
+    @abstractmethod
+    def score(self, z: float, sight: Sight, elapsed_s: float) -> float | None:
+        """Return the statistic, None in warm-up, for a normalised residual that comes `elapsed_s` after the last."""
+
+    def learn(self, z: float) -> None:  # noqa: B027 - most have nothing to do
+        """Take in the normalised residual, once it is decided whether there is an alarm."""
