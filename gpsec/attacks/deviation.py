@@ -2,27 +2,22 @@
 
 from math import cos, sin
 
-from gpsec.core.arrays import Flags, Floats, Ints
+from gpsec.core.arrays import Floats, Ints
 from gpsec.core.kernels import kernel
+from gpsec.types.tracks import Tracks
+from gpsec.types.vehicles import Vehicles
 
 
 @kernel
-def note_deviation(
-    rows: Ints,
-    attacked: Flags,
-    vehicle: Ints,
-    estimate_m: Floats,
-    rear_m: Floats,
-    lane_yaw_rad: Floats,
-    deviation_m: Floats,
-) -> None:
+def note_deviation(rows: Ints, tracks: Tracks, vehicles: Vehicles, estimate_m: Floats) -> None:
     """Set the cross-track error of the undefended estimate, defence 0 of (M, D, 2), for track rows under attack.
 
-    The attacker is taken to know it. Other arguments are fields of `Tracks` and `Vehicles`.
+    The attacker is taken to know it.
     """
     for row in rows:
-        if attacked[row]:
-            v = vehicle[row]
-            x = estimate_m[row, 0, 0] - rear_m[v, 0]
-            y = estimate_m[row, 0, 1] - rear_m[v, 1]
-            deviation_m[row] = cos(lane_yaw_rad[v]) * y - sin(lane_yaw_rad[v]) * x
+        if tracks.attacked[row]:
+            v = tracks.vehicle[row]
+            yaw = vehicles.lane_yaw_rad[v]
+            x = estimate_m[row, 0, 0] - vehicles.rear_m[v, 0]
+            y = estimate_m[row, 0, 1] - vehicles.rear_m[v, 1]
+            tracks.deviation_m[row] = cos(yaw) * y - sin(yaw) * x

@@ -7,7 +7,7 @@ from gpsec.core.arrays import Ints
 from gpsec.core.kernels import kernel
 from gpsec.core.threads import Threads
 from gpsec.detection.pairing import DetectionClock, Pending, Sampling, grow_older, keep_fix, keep_lane, take_pair
-from gpsec.hdmap.arrays import MapArrays, MatchIndex
+from gpsec.hdmap.arrays import MapArrays, MatchIndex, Pose
 from gpsec.hdmap.matching import offset_on
 from gpsec.hdmap.search import MIN_COS, TRACKED, match
 from gpsec.types.tracks import Tracks
@@ -65,8 +65,8 @@ def lateral_residual(
         x = pending.fix_m[row, 0] + (pending.since_fix_m[row, 0] - pending.since_camera_m[row, 0])
         y = pending.fix_m[row, 1] + (pending.since_fix_m[row, 1] - pending.since_camera_m[row, 1])
         heading = pending.heading_rad[row]
-        layer = view.layer[p]
-        here = match(view.lanes, view.lookup, view.mode, layer, pending.lane[row], x, y, heading, tracks.segment[row])
+        pose = Pose(view.layer[p], pending.lane[row], x, y, heading)
+        here = match(view.lanes, view.lookup, view.mode, pose, tracks.segment[row])
         tracks.segment[row] = here
         if here < 0:
             continue

@@ -4,27 +4,17 @@ from math import cos, inf, sin, sqrt
 
 from gpsec.core.arrays import Ints
 from gpsec.core.kernels import inline
-from gpsec.hdmap.arrays import MapArrays, MatchIndex
-from gpsec.hdmap.search import better, faces, is_on, match_tracked, out_of_reach, project
+from gpsec.hdmap.arrays import MapArrays, MatchIndex, Pose
+from gpsec.hdmap.search import Ray, better, faces, is_on, match_tracked, out_of_reach, project
 
 
 @inline
-def _gather(
-    lanes: MapArrays,
-    index: MatchIndex,
-    layer: int,
-    lane: int,
-    x_m: float,
-    y_m: float,
-    ux: float,
-    uy: float,
-    within_m: float,
-    near: Ints,
-) -> int:
-    """List the segments that lead the way of (ux, uy) and are at most `within_m` from (x, y) in `near`.
+def _gather(lanes: MapArrays, index: MatchIndex, layer: int, lane: int, ray: Ray, within_m: float, near: Ints) -> int:
+    """List the segments that lead the way of `ray` and are at most `within_m` from its position in `near`.
 
     Returns their number, or -1 where there is not enough room for them.
     """
+    x_m, y_m = ray.x_m, ray.y_m
     found = 0
     within_d2 = within_m * within_m
     start = index.chain_first[lane]
@@ -70,7 +60,7 @@ def _gather(
                 first_segment = index.chunk_segment[chunk]
                 for segment in range(first_segment, first_segment + index.chunk_segments[chunk]):
                     _, d2 = project(lanes, segment, x_m, y_m, True)
-                    if d2 <= within_d2 and faces(lanes, segment, ux, uy):
+                    if d2 <= within_d2 and faces(lanes, segment, ray.ux, ray.uy):
                         if found == len(near):
                             return -1
                         near[found] = segment
@@ -80,33 +70,24 @@ def _gather(
 
 @inline
 def gather_around(
-    lanes: MapArrays,
-    index: MatchIndex,
-    layer: int,
-    lane: int,
-    x_m: float,
-    y_m: float,
-    heading_rad: float,
-    hint: int,
-    spread_m: float,
-    near: Ints,
+    lanes: MapArrays, index: MatchIndex, pose: Pose, hint: int, spread_m: float, near: Ints
 ) -> tuple[int, int]:
-    """List in `near` all segments of the lane's chain that may be nearest to a position within `spread_m` of (x, y).
+    """List in `near` all segments of the lane's chain that may be nearest to a position within `spread_m` of `pose`.
 
     Only those count that lead the way of the heading. Returns their number (-1 where there is not enough room) and a
-    segment near (x, y); 0 and -1 where none leads that way.
+    segment near the pose; 0 and -1 where none leads that way.
     """
-    ux = cos(heading_rad)
-    uy = sin(heading_rad)
+    layer, lane = pose.layer, pose.lane
+    ray = Ray(pose.x_m, pose.y_m, cos(pose.heading_rad), sin(pose.heading_rad))
     segment = hint
-    if not (is_on(lanes, layer, lane, hint) and faces(lanes, hint, ux, uy)):
-        segment = match_tracked(lanes, index, layer, lane, True, x_m, y_m, ux, uy, hint)
+    if not (is_on(lanes, layer, lane, hint) and faces(lanes, hint, ray.ux, ray.uy)):
+        segment = match_tracked(lanes, index, layer, lane, True, ray, hint)
     if segment < 0:
         return 0, -1
-    # The nearest to such a position is no further from (x, y) than any segment of the chain plus twice the spread.
-    _, d2 = project(lanes, segment, x_m, y_m, True)
+    # The nearest to such a position is no further from the pose than any segment of the chain plus twice the spread.
+    _, d2 = project(lanes, segment, ray.x_m, ray.y_m, True)
     within = sqrt(d2) + 2.0 * spread_m + 1e-6
-    return _gather(lanes, index, layer, lane, x_m, y_m, ux, uy, within, near), segment
+    return _gather(lanes, index, layer, lane, ray, within, near), segment
 
 
 @inline
@@ -115,5 +96,5 @@ def nearest_of(lanes: MapArrays, near: Ints, count: int, x_m: float, y_m: float)
     best = -1
     best_d2 = inf
     for k in range(count):
-        best, best_d2 = better(lanes, near[k], x_m, y_m, 0.0, 0.0, best, best_d2)
+        best, best_d2 = better(lanes, near[k], Ray(x_m, y_m, 0.0, 0.0), best, best_d2)
     return best

@@ -58,6 +58,24 @@ class MapArrays(NamedTuple):
     open_end: Flags
 
 
+class Pose(NamedTuple):
+    """A vehicle on the map, as it is or as it is believed to be.
+
+    Attributes:
+        layer: of the map.
+        lane: that the camera follows.
+        x_m, y_m: position in the net's frame.
+        heading_rad: counter-clockwise from east.
+
+    """
+
+    layer: int
+    lane: int
+    x_m: float
+    y_m: float
+    heading_rad: float
+
+
 class MatchIndex(NamedTuple):
     """What makes the search for the nearest segment fast; it does not change its result.
 

@@ -6,12 +6,14 @@ whose direction differs by less than 60° (or by more than 120°) from the vehic
 """
 
 from math import cos, pi, sin, sqrt
+from typing import NamedTuple
 
-from gpsec.core.arrays import Flags, Floats, Ints
+from gpsec.core.arrays import Floats, Ints
 from gpsec.core.geo import wrap_angle
 from gpsec.core.kernels import inline, kernel
-from gpsec.hdmap.arrays import LaneSides, MapArrays, MatchIndex
-from gpsec.hdmap.search import MIN_COS, TRACKED, faces, is_on, match, match_tracked, project
+from gpsec.hdmap.arrays import LaneSides, MapArrays, MatchIndex, Pose
+from gpsec.hdmap.search import MIN_COS, TRACKED, Ray, faces, is_on, match, match_tracked, project
+from gpsec.types.vehicles import Vehicles
 
 
 @inline
@@ -54,51 +56,48 @@ def view_on(
 
 
 @kernel
-def locate(
-    rows: Ints,
-    lanes: MapArrays,
-    index: MatchIndex,
-    sides: LaneSides,
-    lane: Ints,
-    rear_m: Floats,
-    yaw_rad: Floats,
-    segment: Ints,
-    against: Flags,
-    lane_offset_m: Floats,
-    lane_yaw_rad: Floats,
-    curvature_per_m: Floats,
-    lane_width_m: Floats,
-    marked: Flags,
-) -> None:
-    """Place the rear axles of the vehicle rows `rows` on the true lanes; the arguments are fields of `Vehicles`.
+def locate(rows: Ints, lanes: MapArrays, index: MatchIndex, sides: LaneSides, vehicles: Vehicles) -> None:
+    """Place the rear axles of the vehicle rows `rows` on the true lanes: sets `segment` and what follows it.
 
     On a lane that leads against the vehicle, direction, offset and curvature are still those of the vehicle's way.
     """
     for row in rows:
-        x = rear_m[row, 0]
-        y = rear_m[row, 1]
-        ux = cos(yaw_rad[row])
-        uy = sin(yaw_rad[row])
-        here = match_tracked(lanes, index, 0, lane[row], True, x, y, 0.0, 0.0, segment[row])
+        lane = vehicles.lane[row]
+        x, y = vehicles.rear_m[row, 0], vehicles.rear_m[row, 1]
+        ux, uy = cos(vehicles.yaw_rad[row]), sin(vehicles.yaw_rad[row])
+        here = match_tracked(lanes, index, 0, lane, True, Ray(x, y, 0.0, 0.0), vehicles.segment[row])
         own = here
-        if not is_on(lanes, 0, lane[row], here):
-            own = match_tracked(lanes, index, 0, lane[row], False, x, y, 0.0, 0.0, -1)
-        against[row] = not faces(lanes, own, ux, uy)
-        way = -1.0 if against[row] else 1.0
-        if faces(lanes, here, ux, uy) == against[row]:
-            here = match_tracked(lanes, index, 0, lane[row], True, x, y, way * ux, way * uy, -1)
+        if not is_on(lanes, 0, lane, here):
+            own = match_tracked(lanes, index, 0, lane, False, Ray(x, y, 0.0, 0.0), -1)
+        against = not faces(lanes, own, ux, uy)
+        way = -1.0 if against else 1.0
+        if faces(lanes, here, ux, uy) == against:
+            here = match_tracked(lanes, index, 0, lane, True, Ray(x, y, way * ux, way * uy), -1)
         share, d2 = project(lanes, here, x, y, True)
         held = min(max(share, 0.0), 1.0)
         cross = lanes.dx[here] * (y - lanes.y0_m[here]) - lanes.dy[here] * (x - lanes.x0_m[here])
-        segment[row] = here
-        lane_offset_m[row] = way * (sqrt(d2) if cross >= 0.0 else -sqrt(d2))
-        lane_yaw_rad[row] = lanes.yaw0_rad[here] + held * lanes.turn_rad[here]
-        if against[row]:
-            lane_yaw_rad[row] = wrap_angle(lane_yaw_rad[row] + pi)
+        yaw = lanes.yaw0_rad[here] + held * lanes.turn_rad[here]
         curvature = (1.0 - held) * lanes.curvature0_per_m[here] + held * lanes.curvature1_per_m[here]
-        curvature_per_m[row] = way * curvature
-        lane_width_m[row] = sides.width_m[lane[row]]
-        marked[row] = not against[row] and not sides.internal[lane[row]] and not sides.internal[lanes.lane[here]]
+        vehicles.segment[row] = here
+        vehicles.against[row] = against
+        vehicles.lane_offset_m[row] = way * (sqrt(d2) if cross >= 0.0 else -sqrt(d2))
+        vehicles.lane_yaw_rad[row] = wrap_angle(yaw + pi) if against else yaw
+        vehicles.curvature_per_m[row] = way * curvature
+        vehicles.lane_width_m[row] = sides.width_m[lane]
+        vehicles.marked[row] = not against and not sides.internal[lane] and not sides.internal[lanes.lane[here]]
+
+
+class Matches(NamedTuple):
+    """Matches of n poses.
+
+    Attributes:
+        segment: (n,) -1 where there is none.
+        offset_m: (n,) left positive, 0 where there is none.
+
+    """
+
+    segment: Ints
+    offset_m: Floats
 
 
 @kernel
@@ -110,16 +109,15 @@ def offsets(
     lane: Ints,
     position_m: Floats,
     heading_rad: Floats,
-    segment: Ints,
-    offset_m: Floats,
+    matches: Matches,
 ) -> None:
-    """Match (n, 2) positions one by one: sets (n,) `segment` (-1 where there is no match) and `offset_m`."""
+    """Match (n, 2) positions with (n,) lanes and headings one by one, and fill `matches`."""
     for i in range(len(lane)):
-        x = position_m[i, 0]
-        y = position_m[i, 1]
-        segment[i] = match(lanes, index, mode, layer, lane[i], x, y, heading_rad[i], -1)
-        offset_m[i] = 0.0
-        if segment[i] >= 0:
-            offset_m[i], cosine = offset_on(lanes, segment[i], x, y, heading_rad[i], mode == TRACKED)
+        x, y = position_m[i, 0], position_m[i, 1]
+        segment = match(lanes, index, mode, Pose(layer, lane[i], x, y, heading_rad[i]), -1)
+        matches.segment[i] = segment
+        matches.offset_m[i] = 0.0
+        if segment >= 0:
+            matches.offset_m[i], cosine = offset_on(lanes, segment, x, y, heading_rad[i], mode == TRACKED)
             if abs(cosine) < MIN_COS:
-                segment[i] = -1
+                matches.segment[i] = -1

@@ -6,9 +6,10 @@ oncoming lane is part of the chain.
 """
 
 from math import cos, floor, inf, sin, sqrt
+from typing import NamedTuple
 
 from gpsec.core.kernels import inline
-from gpsec.hdmap.arrays import MapArrays, MatchIndex
+from gpsec.hdmap.arrays import MapArrays, MatchIndex, Pose
 
 TRACKED, NEAREST = 0, 1
 MODES = {"tracked": TRACKED, "nearest": NEAREST}
@@ -16,6 +17,15 @@ MODES = {"tracked": TRACKED, "nearest": NEAREST}
 MIN_COS = 0.5
 # Nearest matching looks no further than this from the fix.
 _MAX_RINGS = 4
+
+
+class Ray(NamedTuple):
+    """A position in the net's frame, and a unit vector: the way that a segment has to lead, any where it is (0, 0)."""
+
+    x_m: float
+    y_m: float
+    ux: float
+    uy: float
 
 
 @inline
@@ -46,37 +56,26 @@ def faces(lanes: MapArrays, segment: int, ux: float, uy: float) -> bool:
 
 @inline
 def _best_in_chunk(
-    lanes: MapArrays,
-    index: MatchIndex,
-    chunk: int,
-    x_m: float,
-    y_m: float,
-    heading_rad: float,
-    nearest: bool,
-    best: int,
-    best_d2: float,
+    lanes: MapArrays, index: MatchIndex, chunk: int, pose: Pose, best: int, best_d2: float
 ) -> tuple[int, float]:
     first = index.chunk_segment[chunk]
     for segment in range(first, first + index.chunk_segments[chunk]):
-        share, d2 = project(lanes, segment, x_m, y_m, not nearest)
+        share, d2 = project(lanes, segment, pose.x_m, pose.y_m, False)
         if d2 < best_d2 or (d2 == best_d2 and segment < best):
-            if nearest:
-                held = min(max(share, 0.0), 1.0)
-                yaw = lanes.yaw0_rad[segment] + held * lanes.turn_rad[segment]
-                if abs(cos(heading_rad - yaw)) < MIN_COS:
-                    continue
+            held = min(max(share, 0.0), 1.0)
+            yaw = lanes.yaw0_rad[segment] + held * lanes.turn_rad[segment]
+            if abs(cos(pose.heading_rad - yaw)) < MIN_COS:
+                continue
             best = segment
             best_d2 = d2
     return best, best_d2
 
 
 @inline
-def better(
-    lanes: MapArrays, segment: int, x_m: float, y_m: float, ux: float, uy: float, best: int, best_d2: float
-) -> tuple[int, float]:
+def better(lanes: MapArrays, segment: int, ray: Ray, best: int, best_d2: float) -> tuple[int, float]:
     """Return the nearer one of `segment`, if it leads the way, and the best so far; of equals, the first."""
-    _, d2 = project(lanes, segment, x_m, y_m, True)
-    if (d2 < best_d2 or (d2 == best_d2 and segment < best)) and faces(lanes, segment, ux, uy):
+    _, d2 = project(lanes, segment, ray.x_m, ray.y_m, True)
+    if (d2 < best_d2 or (d2 == best_d2 and segment < best)) and faces(lanes, segment, ray.ux, ray.uy):
         return segment, d2
     return best, best_d2
 
@@ -100,27 +99,19 @@ def is_on(lanes: MapArrays, layer: int, lane: int, segment: int) -> bool:
 
 @inline
 def match_tracked(
-    lanes: MapArrays,
-    index: MatchIndex,
-    layer: int,
-    lane: int,
-    chained: bool,
-    x_m: float,
-    y_m: float,
-    ux: float,
-    uy: float,
-    hint: int,
+    lanes: MapArrays, index: MatchIndex, layer: int, lane: int, chained: bool, ray: Ray, hint: int
 ) -> int:
-    """Return the segment of the lane's chain that is nearest to (x, y) among those that lead the way of (ux, uy).
+    """Return the segment of the lane's chain that is nearest to the position of `ray` among those that lead its way.
 
     Without `chained` only the lane itself is looked at. `hint` is a segment that may be near (-1 for none): it only
     bounds the search. Where no segment leads that way, the result is -1.
     """
+    x_m, y_m = ray.x_m, ray.y_m
     best = -1
     best_d2 = inf
     start = index.chain_first[lane]
     bound = inf
-    if is_on(lanes, layer, lane, hint) and faces(lanes, hint, ux, uy):
+    if is_on(lanes, layer, lane, hint) and faces(lanes, hint, ray.ux, ray.uy):
         _, bound = project(lanes, hint, x_m, y_m, True)
         bound = bound * (1.0 + 1e-9) + 1e-12
     for position in range(start, start + (index.chain_count[lane] if chained else 1)):
@@ -139,9 +130,9 @@ def match_tracked(
             first = lanes.first[layer, candidate]
             last = first + lanes.segments[layer, candidate] - 1
             if lanes.open_start[first]:
-                best, best_d2 = better(lanes, first, x_m, y_m, ux, uy, best, best_d2)
+                best, best_d2 = better(lanes, first, ray, best, best_d2)
             if lanes.open_end[last]:
-                best, best_d2 = better(lanes, last, x_m, y_m, ux, uy, best, best_d2)
+                best, best_d2 = better(lanes, last, ray, best, best_d2)
         first_group = index.group_first[layer, candidate]
         for group in range(first_group, first_group + index.group_count[layer, candidate]):
             if out_of_reach(
@@ -166,13 +157,14 @@ def match_tracked(
                     continue
                 first_segment = index.chunk_segment[chunk]
                 for segment in range(first_segment, first_segment + index.chunk_segments[chunk]):
-                    best, best_d2 = better(lanes, segment, x_m, y_m, ux, uy, best, best_d2)
+                    best, best_d2 = better(lanes, segment, ray, best, best_d2)
     return best
 
 
 @inline
-def match_nearest(lanes: MapArrays, index: MatchIndex, layer: int, x_m: float, y_m: float, heading_rad: float) -> int:
-    """Return the segment of any lane that is nearest to (x, y), or -1 where none is within four grid cells."""
+def match_nearest(lanes: MapArrays, index: MatchIndex, pose: Pose) -> int:
+    """Return the segment of any lane that is nearest to a pose, or -1 where none is within four grid cells."""
+    x_m, y_m = pose.x_m, pose.y_m
     columns = index.grid_columns[0]
     rows = index.grid_rows[0]
     cell_m = index.grid_cell_m[0]
@@ -190,7 +182,7 @@ def match_nearest(lanes: MapArrays, index: MatchIndex, layer: int, x_m: float, y
             for c in range(max(column - ring, 0), min(column + ring, columns - 1) + 1):
                 if not whole and c != column - ring and c != column + ring:
                     continue
-                cell = (layer * rows + r) * columns + c
+                cell = (pose.layer * rows + r) * columns + c
                 for position in range(index.grid_first[cell], index.grid_first[cell + 1]):
                     chunk = index.grid_chunk[position]
                     if not out_of_reach(
@@ -201,23 +193,14 @@ def match_nearest(lanes: MapArrays, index: MatchIndex, layer: int, x_m: float, y
                         index.chunk_radius_m[chunk],
                         best_d2,
                     ):
-                        best, best_d2 = _best_in_chunk(lanes, index, chunk, x_m, y_m, heading_rad, True, best, best_d2)
+                        best, best_d2 = _best_in_chunk(lanes, index, chunk, pose, best, best_d2)
     return best
 
 
 @inline
-def match(
-    lanes: MapArrays,
-    index: MatchIndex,
-    mode: int,
-    layer: int,
-    lane: int,
-    x_m: float,
-    y_m: float,
-    heading_rad: float,
-    hint: int,
-) -> int:
-    """Return the matched segment, -1 where there is none."""
+def match(lanes: MapArrays, index: MatchIndex, mode: int, pose: Pose, hint: int) -> int:
+    """Return the segment that a pose is matched to, -1 where there is none; `hint` is one that may be near, or -1."""
     if mode == TRACKED:
-        return match_tracked(lanes, index, layer, lane, True, x_m, y_m, cos(heading_rad), sin(heading_rad), hint)
-    return match_nearest(lanes, index, layer, x_m, y_m, heading_rad)
+        ray = Ray(pose.x_m, pose.y_m, cos(pose.heading_rad), sin(pose.heading_rad))
+        return match_tracked(lanes, index, pose.layer, pose.lane, True, ray, hint)
+    return match_nearest(lanes, index, pose)

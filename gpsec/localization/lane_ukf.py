@@ -14,7 +14,7 @@ from gpsec.core.arrays import Floats, Ints
 from gpsec.core.geo import wrap_angle
 from gpsec.core.kernels import inline
 from gpsec.hdmap.around import gather_around, nearest_of
-from gpsec.hdmap.arrays import MapArrays, MatchIndex
+from gpsec.hdmap.arrays import MapArrays, MatchIndex, Pose
 from gpsec.hdmap.matching import view_on
 from gpsec.hdmap.search import MIN_COS, TRACKED, match
 from gpsec.localization.learning import GYRO, SCALE, SLOW
@@ -106,7 +106,8 @@ def update(
     count = -1
     if mode == TRACKED:
         reach = max(sqrt(root[0, 0] * root[0, 0] + root[0, 1] * root[0, 1]), root[1, 1])
-        count, segment = gather_around(lanes, index, layer, lane, mean[0], mean[1], mean[2], hint, reach, room.near)
+        pose = Pose(layer, lane, mean[0], mean[1], mean[2])
+        count, segment = gather_around(lanes, index, pose, hint, reach, room.near)
     centre = -1
     for point in range(7):
         x = mean[0]
@@ -121,7 +122,7 @@ def update(
         if count > 0:
             segment = nearest_of(lanes, room.near, count, x, y)
         else:
-            segment = match(lanes, index, mode, layer, lane, x, y, yaw, segment)
+            segment = match(lanes, index, mode, Pose(layer, lane, x, y, yaw), segment)
         if segment < 0:
             return -1, repairs
         offset, turn = view_on(lanes, segment, x, y, yaw, mode == TRACKED)

@@ -13,7 +13,7 @@ from gpsec.core.arrays import Floats, Ints
 from gpsec.core.geo import dead_reckon, wrap_angle
 from gpsec.core.kernels import inline
 from gpsec.hdmap.around import gather_around, nearest_of
-from gpsec.hdmap.arrays import MapArrays, MatchIndex
+from gpsec.hdmap.arrays import MapArrays, MatchIndex, Pose
 from gpsec.hdmap.matching import offset_on
 from gpsec.hdmap.search import MIN_COS, TRACKED, match
 from gpsec.localization.ekf import process_noise
@@ -129,7 +129,7 @@ def update(
     segment = hint
     if mode == TRACKED:
         reach = max(sqrt(a * a + b * b), c)
-        count, segment = gather_around(lanes, index, layer, lane, mean[0], mean[1], heading, hint, reach, near)
+        count, segment = gather_around(lanes, index, Pose(layer, lane, mean[0], mean[1], heading), hint, reach, near)
     z0 = z1 = z2 = z3 = z4 = 0.0
     centre = -1
     for k in range(5):
@@ -138,7 +138,7 @@ def update(
         if count > 0:
             segment = nearest_of(lanes, near, count, x, y)
         else:
-            segment = match(lanes, index, mode, layer, lane, x, y, heading, segment)
+            segment = match(lanes, index, mode, Pose(layer, lane, x, y, heading), segment)
         if segment < 0:
             return -1, repairs
         z, cosine = offset_on(lanes, segment, x, y, heading, mode == TRACKED)

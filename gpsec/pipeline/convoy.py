@@ -123,35 +123,8 @@ class Convoy:
         self._depart(frame)
         rows, vehicles = frame.rows, self.vehicles
         vehicles.lane[rows] = frame.lane
-        advance(
-            rows,
-            frame.front_m,
-            self._clock.step_s,
-            vehicles.axle_m,
-            vehicles.fresh,
-            vehicles.front_m,
-            vehicles.rear_m,
-            vehicles.yaw_rad,
-            vehicles.speed_mps,
-            vehicles.yaw_rate_rps,
-        )
-        self._threads.run(
-            locate,
-            rows,
-            self._map.lanes,
-            self._map.index,
-            self._map.sides,
-            vehicles.lane,
-            vehicles.rear_m,
-            vehicles.yaw_rad,
-            vehicles.segment,
-            vehicles.against,
-            vehicles.lane_offset_m,
-            vehicles.lane_yaw_rad,
-            vehicles.curvature_per_m,
-            vehicles.lane_width_m,
-            vehicles.marked,
-        )
+        advance(rows, frame.front_m, self._clock.step_s, vehicles)
+        self._threads.run(locate, rows, self._map.lanes, self._map.index, self._map.sides, vehicles)
         self._watch.lap("truth")
         self._sensors.sense(self._sensor_state, vehicles, self.seen, rows, frame.step, self._threads)
         self._history.record(rows, frame.step, self.seen.fix_m, self.seen.fix_valid)
@@ -160,16 +133,8 @@ class Convoy:
         self._spoof(frame.step)
         self._watch.lap("attacks")
         self._method.step(frame.step, self.track_rows, self.tracks, vehicles, self.seen, self._threads, self._watch)
-        self._threads.run(
-            note_deviation,
-            self.track_rows,
-            self.tracks.attacked,
-            self.tracks.vehicle,
-            self._method.answers.estimate_m,
-            vehicles.rear_m,
-            vehicles.lane_yaw_rad,
-            self.tracks.deviation_m,
-        )
+        estimate_m = self._method.answers.estimate_m
+        self._threads.run(note_deviation, self.track_rows, self.tracks, vehicles, estimate_m)
         self._watch.lap("attacks")
 
     def finish(self) -> None:

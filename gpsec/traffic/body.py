@@ -8,9 +8,10 @@ exact solution of dφ/dd = -sin φ / L (the tractrix).
 
 from math import atan, atan2, cos, exp, log, pi, sin, sqrt, tan
 
-from gpsec.core.arrays import Flags, Floats, Ints
+from gpsec.core.arrays import Floats, Ints
 from gpsec.core.geo import wrap_angle
 from gpsec.core.kernels import inline, kernel
+from gpsec.types.vehicles import Vehicles
 
 # Distance of the rear axle from the front bumper as a share of the length: 0.78 fits a 4.6 m car (front overhang
 # 0.9 m, wheelbase 2.7 m). Long vehicles are bounded by a 12 m city bus (overhang 2.7 m, wheelbase 5.9 m).
@@ -40,42 +41,31 @@ def follow(yaw_rad: float, course_rad: float, moved_m: float, axle_m: float) -> 
 
 
 @kernel
-def advance(
-    rows: Ints,
-    new_front_m: Floats,
-    step_s: float,
-    axle_m: Floats,
-    fresh: Flags,
-    front_m: Floats,
-    rear_m: Floats,
-    yaw_rad: Floats,
-    speed_mps: Floats,
-    yaw_rate_rps: Floats,
-) -> None:
-    """Move the bodies in the vehicle rows `rows` to (n, 2) new front points, one for each of them in order.
+def advance(rows: Ints, front_m: Floats, step_s: float, vehicles: Vehicles) -> None:
+    """Move the bodies in the (n,) vehicle rows `rows` to the (n, 2) front points `front_m`.
 
-    A body that is fresh is placed behind its front along its yaw and keeps its speed. The other arguments are fields of
-    `Vehicles`.
+    A body that is fresh is placed behind its front along its yaw and keeps its speed.
     """
     for i in range(len(rows)):
         row = rows[i]
-        x = new_front_m[i, 0]
-        y = new_front_m[i, 1]
-        if fresh[row]:
-            fresh[row] = False
-            yaw_rate_rps[row] = 0.0
+        x = front_m[i, 0]
+        y = front_m[i, 1]
+        axle_m = vehicles.axle_m[row]
+        if vehicles.fresh[row]:
+            vehicles.fresh[row] = False
+            vehicles.yaw_rate_rps[row] = 0.0
         else:
-            dx = x - front_m[row, 0]
-            dy = y - front_m[row, 1]
+            dx = x - vehicles.front_m[row, 0]
+            dy = y - vehicles.front_m[row, 1]
             moved = sqrt(dx * dx + dy * dy)
             turn = 0.0
             way = 0.0
             if moved > 1e-9:
-                turn, way = follow(yaw_rad[row], atan2(dy, dx), moved, axle_m[row])
-            yaw_rad[row] = wrap_angle(yaw_rad[row] + turn)
-            speed_mps[row] = way / step_s
-            yaw_rate_rps[row] = turn / step_s
-        front_m[row, 0] = x
-        front_m[row, 1] = y
-        rear_m[row, 0] = x - axle_m[row] * cos(yaw_rad[row])
-        rear_m[row, 1] = y - axle_m[row] * sin(yaw_rad[row])
+                turn, way = follow(vehicles.yaw_rad[row], atan2(dy, dx), moved, axle_m)
+            vehicles.yaw_rad[row] = wrap_angle(vehicles.yaw_rad[row] + turn)
+            vehicles.speed_mps[row] = way / step_s
+            vehicles.yaw_rate_rps[row] = turn / step_s
+        vehicles.front_m[row, 0] = x
+        vehicles.front_m[row, 1] = y
+        vehicles.rear_m[row, 0] = x - axle_m * cos(vehicles.yaw_rad[row])
+        vehicles.rear_m[row, 1] = y - axle_m * sin(vehicles.yaw_rad[row])

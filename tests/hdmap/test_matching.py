@@ -20,19 +20,6 @@ from gpsec.types.vehicles import Measurements, Vehicles
 
 from .nets import BEND, THREE_LANES, TWO_WAY, arc, match, segment_line
 
-# What `locate` reads and writes, in the order in which it takes them.
-TRUTH = (
-    "lane",
-    "rear_m",
-    "yaw_rad",
-    "segment",
-    "against",
-    "lane_offset_m",
-    "lane_yaw_rad",
-    "curvature_per_m",
-    "lane_width_m",
-    "marked",
-)
 REACH_M = 100.0  # the documented reach of a chain
 NEAR_M = 64.0  # within four cells of 16 m, nearest matching finds everything
 
@@ -313,7 +300,7 @@ def test_a_sparse_map_of_a_curve_misses_by_the_chord_error(plain_net, left, radi
 def place(hd_map, vehicles) -> None:
     """Place every row of `vehicles` on the true lanes."""
     rows = np.arange(len(vehicles.lane), dtype=np.int32)
-    locate(rows, hd_map.lanes, hd_map.index, hd_map.sides, *(getattr(vehicles, name) for name in TRUTH))
+    locate(rows, hd_map.lanes, hd_map.index, hd_map.sides, vehicles)
 
 
 @pytest.mark.parametrize("left", [True, False])

@@ -30,22 +30,21 @@ class Journey:
 
 def journeys(recording: Recording) -> list[Journey]:
     """Drive the bodies as the pipeline does; one journey for every vehicle."""
-    vehicles, step_s = Table(Vehicles, int(recording.rows.max()) + 1).now, float(recording.step_s[0])
+    bodies, step_s = Table(Vehicles, int(recording.rows.max()) + 1), float(recording.step_s[0])
+    vehicles = bodies.now
     done: list[Journey] = []
     on_road: dict[int, Journey] = {}
-    names = ("axle_m", "fresh", "front_m", "rear_m", "yaw_rad", "speed_mps", "yaw_rate_rps")
     for number in range(len(recording)):
         frame = recording.frame(number)
         for departure in frame.departures:
             row = np.array([departure.row], np.int32)
-            vehicles.reset(row)
+            bodies.reset(row)
             vehicles.yaw_rad[row] = departure.yaw_rad
             vehicles.speed_mps[row] = departure.speed_mps
             vehicles.axle_m[row] = axle_distance(departure.length_m)
             on_road[departure.row] = Journey([], [], [], [], [])
             done.append(on_road[departure.row])
-        state = (getattr(vehicles, name) for name in names)
-        advance(frame.rows, frame.front_m, step_s, *state)
+        advance(frame.rows, frame.front_m, step_s, vehicles)
         for row in frame.rows.tolist():
             journey = on_road[row]
             journey.east_m.append(vehicles.rear_m[row, 0])

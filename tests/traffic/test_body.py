@@ -64,8 +64,7 @@ def body(yaw: float = 0.0, axle: float = 3.5, count: int = 1) -> Vehicles:
 
 def move(vehicles: Vehicles, front: np.ndarray, rows=None) -> None:
     rows = np.arange(len(front), dtype=np.int32) if rows is None else np.array(rows, np.int32)
-    names = ("axle_m", "fresh", "front_m", "rear_m", "yaw_rad", "speed_mps", "yaw_rate_rps")
-    advance(rows, np.asarray(front, float), STEP_S, *(getattr(vehicles, name) for name in names))
+    advance(rows, np.asarray(front, float), STEP_S, vehicles)
 
 
 def test_a_fresh_body_is_placed_behind_its_front_at_sumos_speed():
