@@ -15,11 +15,11 @@ import numpy as np
 
 from gpsec.outcomes.state import OutcomeState
 from gpsec.outcomes.view import StepView
-from gpsec.pipeline.convoy import Roll
 from gpsec.pipeline.live import CLEAN, Live
 from gpsec.pipeline.run import run_scenario
 from gpsec.scenario import load_scenario
 from gpsec.scenario.overrides import parse_set
+from gpsec.types.vehicles import Identity
 
 DOCS = Path(__file__).parent
 PICTURE = DOCS / "pictures" / "live.png"
@@ -39,7 +39,7 @@ class Taken(Exception):  # noqa: N818
 class Photographer(Live):
     """Takes a picture of the window when there is enough to see, and ends the run."""
 
-    def see(self, view: StepView, outcomes: OutcomeState, roll: Mapping[int, Roll]) -> None:
+    def see(self, view: StepView, outcomes: OutcomeState, fleet: Mapping[int, Identity]) -> None:
         """Show the step, and look at the window, which has the step before."""
         if self._near >= STATES:
             time.sleep(2.0)  # sumo-gui draws when it has time
@@ -47,7 +47,7 @@ class Photographer(Live):
             raise Taken
         if view.step == 5:
             fill_screen()
-        super().see(view, outcomes, roll)
+        super().see(view, outcomes, fleet)
         if self._followed >= 0:
             rows = np.array(list(self._shown))
             way_m = view.vehicles.front_m[rows] - view.vehicles.front_m[self._followed]

@@ -12,13 +12,14 @@ A structure is declared once, as a ``NamedTuple`` of arrays with what a fresh ro
 The table owns the arrays; `Table.now` is the structure itself, for numpy and for kernels alike.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from heapq import heappop, heappush
 from typing import Any, Generic, NamedTuple, TypeVar, cast
 
 import numpy as np
 
-from gpsec.core.arrays import Ints
+from gpsec.core.arrays import Flags, Ints
 
 T = TypeVar("T", bound=NamedTuple)
 
@@ -101,6 +102,16 @@ class Table(Generic[T]):
         """Copy the rows `source` onto the rows `target`, pair by pair."""
         for array in self.now:
             array[target] = array[source]
+
+
+def taken(structure: T, rows: Ints | Flags) -> T:
+    """Return a copy of some rows of a structure of arrays (numbers, or one flag a row)."""
+    return structure._make(array[rows] for array in structure)
+
+
+def joined(structures: Sequence[T]) -> T:
+    """Return the rows of one or more structures of arrays, one after the other."""
+    return structures[0]._make(np.concatenate(arrays) for arrays in zip(*structures, strict=True))
 
 
 class Rows:

@@ -1,11 +1,12 @@
-"""The kernels that add one step to the running sums. Every row is independent of the others."""
+"""The kernel that adds one step to the running sums. Every row is independent of the others."""
 
 from math import cos, sin
 
-from gpsec.core.arrays import Flags, Floats, Ints
+from gpsec.core.arrays import Floats, Ints
 from gpsec.core.kernels import inline, kernel
 from gpsec.hdmap.arrays import LaneSides
 from gpsec.outcomes.histograms import bin_of
+from gpsec.outcomes.places import note_places
 from gpsec.outcomes.state import (
     ALL,
     ALONG,
@@ -21,122 +22,120 @@ from gpsec.outcomes.state import (
     TN,
     TP,
     WRONG_WAY,
+    OutcomeState,
     X,
     Y,
 )
+from gpsec.types.answers import Answers
+from gpsec.types.tracks import Tracks
+from gpsec.types.vehicles import Vehicles
 
 
 @kernel
-def add_alarms(
+def add_step(
     rows: Ints,
     step: int,
-    plan: Ints,
-    settled: Flags,
-    attacked: Flags,
-    statistic: Floats,
-    scored: Flags,
-    alarm: Flags,
-    in_event: Flags,
-    counts: Ints,
-    onsets: Ints,
-    in_alarm: Flags,
-    in_alarm_at_start: Flags,
-    detection_step: Ints,
-    bins: Ints,
-) -> None:
-    """Add what (M, K) detectors said in one step; run it before `add_errors`, which marks the event as begun."""
-    for row in rows:
-        hit = attacked[row]
-        counted = settled[row] or hit
-        begins = plan[row] > 0 and not in_event[row]
-        for k in range(alarm.shape[1]):
-            called = alarm[row, k]
-            if begins:
-                in_alarm_at_start[row, k] = in_alarm[row, k]
-            if not counted:
-                in_alarm[row, k] = False
-                bins[row, k] = -1
-                continue
-            if scored[row, k]:
-                if hit:
-                    counts[row, k, TP if called else FN] += 1
-                else:
-                    counts[row, k, FP if called else TN] += 1
-                bins[row, k] = bin_of(statistic[row, k])
-            else:
-                bins[row, k] = -1
-            if called and not in_alarm[row, k]:
-                onsets[row, k, ALL] += 1
-                if not hit:
-                    onsets[row, k, FALSE] += 1
-            if called and hit and detection_step[row, k] < 0:
-                detection_step[row, k] = step
-            in_alarm[row, k] = called
-
-
-@kernel
-def add_errors(
-    rows: Ints,
-    step: int,
-    vehicle: Ints,
-    plan: Ints,
-    settled: Flags,
-    attacked: Flags,
-    end_step: Ints,
-    rear_m: Floats,
-    lane_yaw_rad: Floats,
-    lane: Ints,
-    width_m: Floats,
+    tracks: Tracks,
+    vehicles: Vehicles,
+    answers: Answers,
+    sums: OutcomeState,
     sides: LaneSides,
-    estimate_m: Floats,
-    isolated: Flags,
     detector: Ints,
-    detection_step: Ints,
-    in_event: Flags,
-    steps: Ints,
-    squared_m2: Floats,
-    max_cross_m: Floats,
-    first_step: Ints,
-    deviation_m: Floats,
-    isolated_steps: Ints,
-    retrust_step: Ints,
 ) -> None:
-    """Add the errors of (M, D, 2) estimates in one step; `detector` (D,) is the one that each defence listens to.
+    """Add one step of the track rows `rows` to the sums; `detector` (D,) is the one that each defence listens to.
+
+    A track on a lane that leads the other way is left out: it has no lane of its own to be displaced in.
+    """
+    for row in rows:
+        if vehicles.against[tracks.vehicle[row]]:
+            sums.left_out[row] += tracks.attacked[row]
+            sums.bin[row, :] = -1
+        else:
+            _add_alarms(row, step, tracks, answers, sums)
+            _add_errors(row, step, tracks, vehicles, answers, sums, sides, detector)
+        note_places(row, step, tracks, vehicles, sums)
+
+
+@inline
+def _add_alarms(row: int, step: int, tracks: Tracks, answers: Answers, sums: OutcomeState) -> None:
+    """Add what the detectors say of a track; run it before `_add_errors`, which marks the event as begun."""
+    hit = tracks.attacked[row]
+    counted = tracks.settled[row] or hit
+    begins = tracks.plan[row] > 0 and not sums.in_event[row]
+    counts, onsets = sums.counts[row], sums.onsets[row]
+    for k in range(answers.alarm.shape[1]):
+        called = answers.alarm[row, k]
+        if begins:
+            sums.in_alarm_at_start[row, k] = sums.in_alarm[row, k]
+        if not counted:
+            sums.in_alarm[row, k] = False
+            sums.bin[row, k] = -1
+            continue
+        if answers.scored[row, k]:
+            if hit:
+                counts[k, TP if called else FN] += 1
+            else:
+                counts[k, FP if called else TN] += 1
+            sums.bin[row, k] = bin_of(answers.statistic[row, k])
+        else:
+            sums.bin[row, k] = -1
+        if called and not sums.in_alarm[row, k]:
+            onsets[k, ALL] += 1
+            if not hit:
+                onsets[k, FALSE] += 1
+        if called and hit and sums.detection_step[row, k] < 0:
+            sums.detection_step[row, k] = step
+        sums.in_alarm[row, k] = called
+
+
+@inline
+def _add_errors(
+    row: int,
+    step: int,
+    tracks: Tracks,
+    vehicles: Vehicles,
+    answers: Answers,
+    sums: OutcomeState,
+    sides: LaneSides,
+    detector: Ints,
+) -> None:
+    """Add the errors of the D estimates of a track.
 
     The error is estimate − truth; cross-track and along-track are its parts across (left positive) and along the
     true direction of the lane.
     """
-    for row in rows:
-        v = vehicle[row]
-        hit, scoring = attacked[row], settled[row]
-        planned = plan[row] > 0
-        if planned and not in_event[row]:
-            in_event[row] = True
-            first_step[row] = -1  # what the benign track did before the fork is no outcome of the attack
+    v = tracks.vehicle[row]
+    hit, scoring = tracks.attacked[row], tracks.settled[row]
+    planned = tracks.plan[row] > 0
+    if planned and not sums.in_event[row]:
+        sums.in_event[row] = True
+        sums.first_step[row] = -1  # what the benign track did before the fork is no outcome of the attack
+    if scoring:
+        sums.steps[row, LIFE] += 1
+    if hit:
+        sums.steps[row, ATTACK] += 1
+    over = planned and tracks.end_step[row] >= 0 and step >= tracks.end_step[row]
+    lane = vehicles.lane[v]
+    c, s = cos(vehicles.lane_yaw_rad[v]), sin(vehicles.lane_yaw_rad[v])
+    for d in range(answers.estimate_m.shape[1]):
+        x = answers.estimate_m[row, d, 0] - vehicles.rear_m[v, 0]
+        y = answers.estimate_m[row, d, 1] - vehicles.rear_m[v, 1]
+        isolated = answers.isolated[row, d]
+        cross, along = c * y - s * x, c * x + s * y
         if scoring:
-            steps[row, LIFE] += 1
+            _add(sums.squared_m2[row, d, LIFE], x, y, cross, along)
+            sums.max_cross_m[row, d, LIFE] = max(sums.max_cross_m[row, d, LIFE], abs(cross))
         if hit:
-            steps[row, ATTACK] += 1
-        over = planned and end_step[row] >= 0 and step >= end_step[row]
-        c, s = cos(lane_yaw_rad[v]), sin(lane_yaw_rad[v])
-        for d in range(estimate_m.shape[1]):
-            x = estimate_m[row, d, 0] - rear_m[v, 0]
-            y = estimate_m[row, d, 1] - rear_m[v, 1]
-            cross, along = c * y - s * x, c * x + s * y
-            if scoring:
-                _add(squared_m2[row, d, LIFE], x, y, cross, along)
-                max_cross_m[row, d, LIFE] = max(max_cross_m[row, d, LIFE], abs(cross))
-            if hit:
-                _add(squared_m2[row, d, ATTACK], x, y, cross, along)
-                max_cross_m[row, d, ATTACK] = max(max_cross_m[row, d, ATTACK], abs(cross))
-                if isolated[row, d]:
-                    isolated_steps[row, d] += 1
-            if detection_step[row, detector[d]] == step:
-                deviation_m[row, d] = abs(cross)
-            if over and retrust_step[row, d] < 0 and not isolated[row, d]:
-                retrust_step[row, d] = step
-            if (planned or scoring) and lane[v] >= 0 and not sides.internal[lane[v]]:
-                _note_outcomes(first_step[row, d], step, cross, width_m[v], lane[v], sides)
+            _add(sums.squared_m2[row, d, ATTACK], x, y, cross, along)
+            sums.max_cross_m[row, d, ATTACK] = max(sums.max_cross_m[row, d, ATTACK], abs(cross))
+            if isolated:
+                sums.isolated_steps[row, d] += 1
+        if sums.detection_step[row, detector[d]] == step:
+            sums.deviation_m[row, d] = abs(cross)
+        if over and sums.retrust_step[row, d] < 0 and not isolated:
+            sums.retrust_step[row, d] = step
+        if (planned or scoring) and lane >= 0 and not sides.internal[lane]:
+            _note_outcomes(sums.first_step[row, d], step, cross, vehicles.width_m[v], lane, sides)
 
 
 @inline

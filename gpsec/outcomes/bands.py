@@ -9,9 +9,11 @@ from math import cos, frexp, sin
 import numpy as np
 import pandas as pd
 
-from gpsec.core.arrays import Flags, Floats, Ints
+from gpsec.core.arrays import Floats, Ints
 from gpsec.core.kernels import inline, kernel
 from gpsec.outcomes.study import Study
+from gpsec.types.tracks import Tracks
+from gpsec.types.vehicles import Vehicles
 
 # Attacks that last longer are followed this far.
 SECONDS = 120
@@ -41,36 +43,26 @@ def error_bin(error_m: float) -> int:
 
 @kernel
 def add_bands(
-    rows: Ints,
-    step: int,
-    stride: int,
-    vehicle: Ints,
-    plan: Ints,
-    attacked: Flags,
-    start_step: Ints,
-    profile: Ints,
-    rear_m: Floats,
-    lane_yaw_rad: Floats,
-    estimate_m: Floats,
-    bands: Ints,
+    rows: Ints, step: int, stride: int, tracks: Tracks, vehicles: Vehicles, estimate_m: Floats, bands: Ints
 ) -> None:
     """Add the errors of (M, D, 2) estimates of those `rows` whose attack is a multiple of `stride` steps old.
 
-    Several rows share a cell, so this is not for more than one thread; the sums do not depend on the order.
+    Those on a lane that leads the other way are left out. Several rows share a cell, so this is not for more than one
+    thread; the sums do not depend on the order.
     """
     for row in rows:
-        if not attacked[row]:
+        v = tracks.vehicle[row]
+        if not tracks.attacked[row] or vehicles.against[v]:
             continue
-        age = step - start_step[row]
+        age = step - tracks.start_step[row]
         second = age // stride
         if age % stride != 0 or second > SECONDS:
             continue
-        v = vehicle[row]
-        c, s = cos(lane_yaw_rad[v]), sin(lane_yaw_rad[v])
-        cells = bands[plan[row], profile[v]]
+        c, s = cos(vehicles.lane_yaw_rad[v]), sin(vehicles.lane_yaw_rad[v])
+        cells = bands[tracks.plan[row], vehicles.profile[v]]
         for d in range(estimate_m.shape[1]):
-            x = estimate_m[row, d, 0] - rear_m[v, 0]
-            y = estimate_m[row, d, 1] - rear_m[v, 1]
+            x = estimate_m[row, d, 0] - vehicles.rear_m[v, 0]
+            y = estimate_m[row, d, 1] - vehicles.rear_m[v, 1]
             cells[d, CROSS, second, error_bin(abs(c * y - s * x))] += 1
             cells[d, ALONG, second, error_bin(abs(c * x + s * y))] += 1
 

@@ -8,28 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gpsec.core.arrays import Flags, Floats, Ints
-from gpsec.core.tables import Table
+from gpsec.core.tables import Table, joined, taken
 from gpsec.outcomes.state import ATTACK, OutcomeState
 from gpsec.types.tracks import Tracks
-
-
-@dataclass(frozen=True)
-class Journey:
-    """A vehicle of the fleet, as the tables name it.
-
-    Attributes:
-        vehicle_id, vehicle_type: SUMO's.
-        profile: index of its sensor profile.
-        depart_s: simulated time at which it entered the fleet.
-        arrive_s: simulated time at which it left, None where the run ended before.
-
-    """
-
-    vehicle_id: str
-    vehicle_type: str
-    profile: int
-    depart_s: float
-    arrive_s: float | None
+from gpsec.types.vehicles import Identity
 
 
 @dataclass(frozen=True)
@@ -64,26 +46,25 @@ class ClosedTracks:
     @classmethod
     def none(cls, detectors: int, defences: int) -> Self:
         """Return no track at all."""
-        return cls._of([], np.zeros(0, np.int32), Table(Tracks, 0).now, OutcomeState.empty(0, detectors, defences))
+        sums = Table(OutcomeState, 0, detectors=detectors, defences=defences).now
+        return cls.at(np.zeros(0, np.int32), Table(Tracks, 0).now, sums, [], None)
 
     @classmethod
-    def at(cls, rows: Ints, tracks: Tracks, state: OutcomeState, journeys: Sequence[Journey]) -> Self:
-        """Return copies of the track rows `rows`, whose vehicles made `journeys` (one a row)."""
-        return cls._of(journeys, rows, tracks, state.take(rows))
-
-    @classmethod
-    def _of(cls, journeys: Sequence[Journey], rows: Ints, tracks: Tracks, state: OutcomeState) -> Self:
+    def at(
+        cls, rows: Ints, tracks: Tracks, state: OutcomeState, people: Sequence[Identity], ended_s: float | None
+    ) -> Self:
+        """Return copies of the track rows `rows` of `people` (one a row), who left at `ended_s`, None where not."""
         return cls(
-            vehicle_id=np.array([journey.vehicle_id for journey in journeys], np.str_),
-            vehicle_type=np.array([journey.vehicle_type for journey in journeys], np.str_),
-            profile=np.array([journey.profile for journey in journeys], np.int32),
+            vehicle_id=np.array([who.vehicle_id for who in people], np.str_),
+            vehicle_type=np.array([who.vehicle_type for who in people], np.str_),
+            profile=np.array([who.profile for who in people], np.int32),
             plan=tracks.plan[rows],
-            depart_s=np.array([journey.depart_s for journey in journeys], np.float64),
-            arrive_s=np.array([journey.arrive_s or 0.0 for journey in journeys], np.float64),
-            arrived=np.array([journey.arrive_s is not None for journey in journeys], np.bool_),
+            depart_s=np.array([who.depart_s for who in people], np.float64),
+            arrive_s=np.full(len(people), ended_s or 0.0),
+            arrived=np.full(len(people), ended_s is not None),
             start_step=tracks.start_step[rows],
             end_step=tracks.end_step[rows],
-            state=state,
+            state=taken(state, rows),
         )
 
     @classmethod
@@ -95,7 +76,7 @@ class ClosedTracks:
                 for name in cls.__dataclass_fields__
                 if name != "state"
             },
-            state=OutcomeState.concatenate([part.state for part in parts]),
+            state=joined([part.state for part in parts]),
         )
         return whole.take(np.lexsort((whole.plan, whole.vehicle_id)).astype(np.int32))
 
@@ -103,7 +84,7 @@ class ClosedTracks:
         """Return copies of some tracks (numbers, or one flag a track)."""
         return type(self)(
             **{name: getattr(self, name)[rows] for name in self.__dataclass_fields__ if name != "state"},
-            state=self.state.take(rows),
+            state=taken(self.state, rows),
         )
 
     def events(self) -> Self:

@@ -11,8 +11,10 @@ from math import frexp
 
 import numpy as np
 
-from gpsec.core.arrays import Flags, Floats, Ints, Longs
+from gpsec.core.arrays import Floats, Ints, Longs
 from gpsec.core.kernels import inline, kernel
+from gpsec.types.tracks import Tracks
+from gpsec.types.vehicles import Vehicles
 
 PER_OCTAVE = 128
 LOWEST_OCTAVE, HIGHEST_OCTAVE = -20, 20
@@ -31,14 +33,14 @@ def bin_of(statistic: float) -> int:
 
 
 @kernel
-def count(rows: Ints, vehicle: Ints, plan: Ints, attacked: Flags, profile: Ints, bins: Ints, histogram: Longs) -> None:
+def count(rows: Ints, tracks: Tracks, vehicles: Vehicles, bins: Ints, histogram: Longs) -> None:
     """Add one to the (P, profiles, K, 2, BINS) histogram for every (M, K) bin of `rows` that is not -1.
 
     Several rows share a cell, so this is not for more than one thread; the sums do not depend on the order.
     """
     for row in rows:
-        label = 1 if attacked[row] else 0
-        cell = histogram[plan[row], profile[vehicle[row]]]
+        label = 1 if tracks.attacked[row] else 0
+        cell = histogram[tracks.plan[row], vehicles.profile[tracks.vehicle[row]]]
         for k in range(bins.shape[1]):
             if bins[row, k] >= 0:
                 cell[k, label, bins[row, k]] += 1

@@ -5,49 +5,35 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from gpsec.core.arrays import Floats, Ints
 from gpsec.core.geo import Projector
-from gpsec.core.kernels import kernel
+from gpsec.core.kernels import inline
 from gpsec.outcomes.events import ClosedTracks
-from gpsec.outcomes.state import OUT_OF_LANE
+from gpsec.outcomes.state import OUT_OF_LANE, OutcomeState
 from gpsec.outcomes.study import Study
+from gpsec.types.tracks import Tracks
+from gpsec.types.vehicles import Vehicles
 
 ATTACK_BEGAN, DETECTED, LEFT_LANE = "attack_began", "detected", "left_lane"
 
 
-@kernel
-def note_places(
-    rows: Ints,
-    step: int,
-    vehicle: Ints,
-    plan: Ints,
-    start_step: Ints,
-    detection_step: Ints,
-    first_step: Ints,
-    rear_m: Floats,
-    start_m: Floats,
-    detected_m: Floats,
-    left_lane_m: Floats,
-) -> None:
-    """Note where tracks under attack are, of which something is true for the first time in this step.
+@inline
+def note_places(row: int, step: int, tracks: Tracks, vehicles: Vehicles, sums: OutcomeState) -> None:
+    """Note where a track under attack is, of which something is true for the first time in this step.
 
     Run it after the steps themselves have been noted.
     """
-    for row in rows:
-        if plan[row] == 0:
-            continue
-        v = vehicle[row]
-        if start_step[row] == step:
-            start_m[row, 0] = rear_m[v, 0]
-            start_m[row, 1] = rear_m[v, 1]
-        for k in range(detection_step.shape[1]):
-            if detection_step[row, k] == step:
-                detected_m[row, k, 0] = rear_m[v, 0]
-                detected_m[row, k, 1] = rear_m[v, 1]
-        for d in range(first_step.shape[1]):
-            if first_step[row, d, OUT_OF_LANE] == step:
-                left_lane_m[row, d, 0] = rear_m[v, 0]
-                left_lane_m[row, d, 1] = rear_m[v, 1]
+    if tracks.plan[row] == 0:
+        return
+    v = tracks.vehicle[row]
+    x, y = vehicles.rear_m[v, 0], vehicles.rear_m[v, 1]
+    if tracks.start_step[row] == step:
+        sums.start_m[row, 0], sums.start_m[row, 1] = x, y
+    for k in range(sums.detection_step.shape[1]):
+        if sums.detection_step[row, k] == step:
+            sums.detected_m[row, k, 0], sums.detected_m[row, k, 1] = x, y
+    for d in range(sums.first_step.shape[1]):
+        if sums.first_step[row, d, OUT_OF_LANE] == step:
+            sums.left_lane_m[row, d, 0], sums.left_lane_m[row, d, 1] = x, y
 
 
 def places_table(

@@ -5,21 +5,22 @@ from pathlib import Path
 
 import numpy as np
 
-from gpsec.core.arrays import Floats, Ints
+from gpsec.core.arrays import Ints
 from gpsec.core.geo import Projector
+from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
 from gpsec.hdmap.arrays import LaneSides
-from gpsec.outcomes.accumulate import add_alarms, add_errors
+from gpsec.outcomes.accumulate import add_step
 from gpsec.outcomes.bands import add_bands, empty_bands, stride
 from gpsec.outcomes.bootstrap import Bootstrap
-from gpsec.outcomes.events import ClosedTracks, Journey
+from gpsec.outcomes.events import ClosedTracks
 from gpsec.outcomes.histograms import BINS, count
-from gpsec.outcomes.places import note_places
 from gpsec.outcomes.state import OutcomeState
 from gpsec.outcomes.study import Study
-from gpsec.outcomes.tables import write_tables
+from gpsec.outcomes.tables import Findings, write_tables
 from gpsec.outcomes.view import StepView
 from gpsec.types.tracks import Tracks
+from gpsec.types.vehicles import Identity
 
 # Times that tracks are closed until what was kept of them is joined.
 _JOINED_AT_ONCE = 256
@@ -30,133 +31,50 @@ class Outcomes:
 
     Attributes:
         study: names of plans, detectors, defences, profiles.
-        state: running sums of the tracks on the road; the pipeline grows, copies and resets its rows with theirs.
+        table: running sums of the tracks on the road; the pipeline grows, copies and resets its rows with theirs.
         histogram: (P, profiles, K, 2, BINS) counts of statistics, of samples not attacked and attacked.
         bands: (P, profiles, D, 2, …) counts of errors by the second of the attack, see `outcomes.bands`.
 
     """
 
-    def __init__(
-        self,
-        plan_names: Sequence[str],
-        detector_names: Sequence[str],
-        defences: Sequence[tuple[str, str]],
-        profile_names: Sequence[str],
-        thresholds: Floats,
-        lane_sides: LaneSides,
-        step_s: float,
-        capacity: int,
-    ) -> None:
-        self.study = Study(
-            tuple(plan_names),
-            tuple(detector_names),
-            tuple(defences),
-            tuple(profile_names),
-            np.asarray(thresholds, np.float64).reshape(len(profile_names), len(detector_names)),
-            step_s,
-        )
-        self.state = OutcomeState.empty(capacity, len(detector_names), len(defences))
-        self.histogram = np.zeros((len(plan_names), len(profile_names), len(detector_names), 2, BINS), np.int64)
-        self.bands = empty_bands(len(plan_names), len(profile_names), len(defences))
-        self._stride = stride(step_s)
+    def __init__(self, study: Study, lane_sides: LaneSides) -> None:
+        plans, profiles, detectors = len(study.plans), len(study.profiles), len(study.detectors)
+        self.study = study
+        self.table = Table(OutcomeState, detectors=detectors, defences=len(study.defences))
+        self.histogram = np.zeros((plans, profiles, detectors, 2, BINS), np.int64)
+        self.bands = empty_bands(plans, profiles, len(study.defences))
+        self._stride = stride(study.step_s)
         self._sides = lane_sides
         self._origin_s = 0.0
         self._closed: list[ClosedTracks] = []
         self._just_closed: list[ClosedTracks] = []
+
+    @property
+    def state(self) -> OutcomeState:
+        """The running sums."""
+        return self.table.now
 
     def observe(self, view: StepView, threads: Threads) -> None:
         """Add one step of the tracks `view.rows`.
 
         Those on a lane that leads the other way are left out: they have no lane of their own to be displaced in.
         """
-        state, tracks, vehicles = self.state, view.tracks, view.vehicles
-        against = vehicles.against[tracks.vehicle[view.rows]]
-        rows, out = view.rows[~against], view.rows[against]
-        state.left_out[out] += tracks.attacked[out]
+        rows, tracks, vehicles, sums = view.rows, view.tracks, view.vehicles, self.state
         self._origin_s = round(view.time_s - view.step * view.step_s, 6)
         threads.run(
-            add_alarms,
-            rows,
-            view.step,
-            tracks.plan,
-            tracks.settled,
-            tracks.attacked,
-            view.statistic,
-            view.scored,
-            view.alarm,
-            state.in_event,
-            state.counts,
-            state.onsets,
-            state.in_alarm,
-            state.in_alarm_at_start,
-            state.detection_step,
-            state.bin,
+            add_step, rows, view.step, tracks, vehicles, view.answers, sums, self._sides, self.study.detector_of
         )
-        threads.run(
-            add_errors,
-            rows,
-            view.step,
-            tracks.vehicle,
-            tracks.plan,
-            tracks.settled,
-            tracks.attacked,
-            tracks.end_step,
-            vehicles.rear_m,
-            vehicles.lane_yaw_rad,
-            vehicles.lane,
-            vehicles.width_m,
-            self._sides,
-            view.estimate_m,
-            view.isolated,
-            self.study.detector_of,
-            state.detection_step,
-            state.in_event,
-            state.steps,
-            state.squared_m2,
-            state.max_cross_m,
-            state.first_step,
-            state.deviation_m,
-            state.isolated_steps,
-            state.retrust_step,
-        )
-        threads.run(
-            note_places,
-            view.rows,
-            view.step,
-            tracks.vehicle,
-            tracks.plan,
-            tracks.start_step,
-            state.detection_step,
-            state.first_step,
-            vehicles.rear_m,
-            state.start_m,
-            state.detected_m,
-            state.left_lane_m,
-        )
-        count(rows, tracks.vehicle, tracks.plan, tracks.attacked, vehicles.profile, state.bin, self.histogram)
-        add_bands(
-            rows,
-            view.step,
-            self._stride,
-            tracks.vehicle,
-            tracks.plan,
-            tracks.attacked,
-            tracks.start_step,
-            vehicles.profile,
-            vehicles.rear_m,
-            vehicles.lane_yaw_rad,
-            view.estimate_m,
-            self.bands,
-        )
+        count(rows, tracks, vehicles, sums.bin, self.histogram)
+        add_bands(rows, view.step, self._stride, tracks, vehicles, view.answers.estimate_m, self.bands)
 
-    def close(self, rows: Ints, tracks: Tracks, journeys: Sequence[Journey]) -> None:
-        """Keep the sums of track rows that are over; `journeys` holds their vehicles, one a row.
+    def close(self, rows: Ints, tracks: Tracks, people: Sequence[Identity], ended_s: float | None) -> None:
+        """Keep the sums of track rows that are over; `people` holds their vehicles, one a row.
 
         Call it once for every track, before its row is reset or forked onto, also for those that are still on the
-        road when the run ends.
+        road when the run ends; `ended_s` is the simulated time at which they left, None for these.
         """
         if len(rows) > 0:
-            self._just_closed.append(ClosedTracks.at(rows, tracks, self.state, journeys))
+            self._just_closed.append(ClosedTracks.at(rows, tracks, self.state, people, ended_s))
         # Many small arrays take several times the memory of few large ones.
         if len(self._just_closed) == _JOINED_AT_ONCE:
             self._closed.append(ClosedTracks.concatenate(self._just_closed))
@@ -181,14 +99,5 @@ class Outcomes:
 
         `projector` is that of the net; without one, the net counts as one without a projection.
         """
-        write_tables(
-            folder,
-            scenario,
-            self.study,
-            self.tracks(),
-            self.histogram,
-            self.bands,
-            self._origin_s,
-            Bootstrap(seed, replicates, confidence),
-            projector or Projector("!"),
-        )
+        findings = Findings(self.study, self.tracks(), self.histogram, self.bands, self._origin_s)
+        write_tables(folder, scenario, findings, Bootstrap(seed, replicates, confidence), projector or Projector("!"))

@@ -1,12 +1,11 @@
 """What is remembered of every track: running sums, so that memory does not grow with the steps."""
 
-from dataclasses import dataclass, fields
-from typing import Self
+from typing import NamedTuple
 
 import numpy as np
 
 from gpsec.core.arrays import Flags, Floats, Ints
-from gpsec.core.tables import Rows
+from gpsec.core.tables import blank
 
 # Last axis of `counts`.
 TP, FP, FN, TN = 0, 1, 2, 3
@@ -21,8 +20,7 @@ LINE_TOUCHED, OUT_OF_LANE, WRONG_WAY, OFF_ROAD = 0, 1, 2, 3
 OUTCOMES = ("line_touched", "out_of_lane", "wrong_way", "off_road")
 
 
-@dataclass
-class OutcomeState(Rows):
+class OutcomeState(NamedTuple):
     """Running sums of M track rows with K detectors and D defences.
 
     A track under an attack plan is forked by copying the row of the benign track, so that what was counted before
@@ -50,59 +48,24 @@ class OutcomeState(Rows):
 
     """
 
-    in_event: Flags
-    steps: Ints
-    left_out: Ints
-    counts: Ints
-    onsets: Ints
-    in_alarm: Flags
-    in_alarm_at_start: Flags
-    detection_step: Ints
-    bin: Ints
-    squared_m2: Floats
-    max_cross_m: Floats
-    first_step: Ints
-    deviation_m: Floats
-    isolated_steps: Ints
-    retrust_step: Ints
-    start_m: Floats
-    detected_m: Floats
-    left_lane_m: Floats
-
-    @classmethod
-    def empty(cls, capacity: int, detectors: int, defences: int) -> Self:
-        """Return `capacity` rows in which nothing has been counted."""
-        m, k, d = capacity, detectors, defences
-        return cls(
-            in_event=np.zeros(m, np.bool_),
-            steps=np.zeros((m, 2), np.int32),
-            left_out=np.zeros(m, np.int32),
-            counts=np.zeros((m, k, 4), np.int32),
-            onsets=np.zeros((m, k, 2), np.int32),
-            in_alarm=np.zeros((m, k), np.bool_),
-            in_alarm_at_start=np.zeros((m, k), np.bool_),
-            detection_step=np.full((m, k), -1, np.int32),
-            bin=np.full((m, k), -1, np.int32),
-            squared_m2=np.zeros((m, d, 2, 4)),
-            max_cross_m=np.zeros((m, d, 2)),
-            first_step=np.full((m, d, 4), -1, np.int32),
-            deviation_m=np.zeros((m, d)),
-            isolated_steps=np.zeros((m, d), np.int32),
-            retrust_step=np.full((m, d), -1, np.int32),
-            start_m=np.zeros((m, 2)),
-            detected_m=np.zeros((m, k, 2)),
-            left_lane_m=np.zeros((m, d, 2)),
-        )
-
-    def take(self, rows: Ints | Flags) -> Self:
-        """Return a copy of `rows` (numbers, or one flag a row)."""
-        return type(self)(**{field.name: getattr(self, field.name)[rows] for field in fields(self)})
-
-    @classmethod
-    def concatenate(cls, parts: list[Self]) -> Self:
-        """Return the rows of one or more `parts` in their order."""
-        names = [field.name for field in fields(cls)]
-        return cls(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
+    in_event: Flags = blank(False)
+    steps: Ints = blank(0, 2)
+    left_out: Ints = blank(0)
+    counts: Ints = blank(0, "detectors", 4)
+    onsets: Ints = blank(0, "detectors", 2)
+    in_alarm: Flags = blank(False, "detectors")
+    in_alarm_at_start: Flags = blank(False, "detectors")
+    detection_step: Ints = blank(-1, "detectors")
+    bin: Ints = blank(-1, "detectors")
+    squared_m2: Floats = blank(0.0, "defences", 2, 4)
+    max_cross_m: Floats = blank(0.0, "defences", 2)
+    first_step: Ints = blank(-1, "defences", 4)
+    deviation_m: Floats = blank(0.0, "defences")
+    isolated_steps: Ints = blank(0, "defences")
+    retrust_step: Ints = blank(-1, "defences")
+    start_m: Floats = blank(0.0, 2)
+    detected_m: Floats = blank(0.0, "detectors", 2)
+    left_lane_m: Floats = blank(0.0, "defences", 2)
 
 
 def worst(first_step: Ints) -> tuple[Ints, Ints]:

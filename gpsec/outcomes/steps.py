@@ -85,11 +85,11 @@ class StepLog:
             "camera_valid": seen.camera_valid[v],
             "residual_m": tracks.residual_m[rows],
             "residual_valid": tracks.residual_valid[rows],
-            "statistic": view.statistic[rows],
-            "scored": view.scored[rows],
-            "alarm": view.alarm[rows],
-            "estimate": view.estimate_m[rows],
-            "isolated": view.isolated[rows],
+            "statistic": view.answers.statistic[rows],
+            "scored": view.answers.scored[rows],
+            "alarm": view.answers.alarm[rows],
+            "estimate": view.answers.estimate_m[rows],
+            "isolated": view.answers.isolated[rows],
         }
         self._pending.append(step)
         self._count += len(rows)

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -41,22 +42,32 @@ def whole(path: Path) -> Iterator[Path]:
         partial.unlink(missing_ok=True)
 
 
-def write_tables(
-    folder: Path,
-    scenario: str,
-    study: Study,
-    tracks: ClosedTracks,
-    histogram: Longs,
-    bands: Ints,
-    origin_s: float,
-    bootstrap: Bootstrap,
-    projector: Projector,
-) -> None:
+@dataclass(frozen=True)
+class Findings:
+    """What one run has found.
+
+    Attributes:
+        study: names of plans, detectors, defences, profiles.
+        tracks: ordered by vehicle and plan.
+        histogram: (P, profiles, K, 2, BINS) counts of statistics, of samples not attacked and attacked.
+        bands: (P, profiles, D, 2, …) counts of errors by the second of the attack.
+        origin_s: simulated time of step 0.
+
+    """
+
+    study: Study
+    tracks: ClosedTracks
+    histogram: Longs
+    bands: Ints
+    origin_s: float
+
+
+def write_tables(folder: Path, scenario: str, found: Findings, bootstrap: Bootstrap, projector: Projector) -> None:
     """Write the tables of one run of `scenario` into `folder`.
 
-    `tracks` are ordered by vehicle and plan; rows follow that order, and the order of plans, detectors and defences
-    in `study`. `origin_s` is the simulated time of step 0.
+    Rows follow the order of the tracks, and that of plans, detectors and defences in the study.
     """
+    study, tracks, histogram, origin_s = found.study, found.tracks, found.histogram, found.origin_s
     tables = {
         "detection": detection_table(study, tracks, histogram, scenario, bootstrap),
         "localization": localization_table(study, tracks, scenario, bootstrap),
@@ -64,7 +75,7 @@ def write_tables(
         "events": events_table(study, tracks, scenario, bootstrap.seed, origin_s),
         "vehicles": vehicles_table(study, tracks, scenario, bootstrap.seed),
         "curves": curves_table(study, tracks, histogram, scenario),
-        "error_bands": bands_table(study, bands, scenario),
+        "error_bands": bands_table(study, found.bands, scenario),
         "places": places_table(study, tracks, scenario, bootstrap.seed, origin_s, projector),
     }
     for name, table in tables.items():

@@ -2,7 +2,8 @@
 
 from dataclasses import dataclass
 
-from gpsec.core.arrays import Flags, Floats, Ints
+from gpsec.core.arrays import Ints
+from gpsec.types.answers import Answers
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Vehicles
 
@@ -15,9 +16,7 @@ class StepView:
         step: number of the step; step_s: its length; time_s: simulated time after it.
         rows: (m,) track rows in use.
         tracks, vehicles: the fleet; `tracks.vehicle[row]` is the vehicle row.
-        statistic, scored, alarm: (M, K) of the detectors.
-        estimate_m: (M, D, 2) estimated rear axle in the net's frame, under each defence.
-        isolated: (M, D) the defence is not using GNSS.
+        answers: of detectors and defences.
 
     """
 
@@ -27,8 +26,4 @@ class StepView:
     rows: Ints
     tracks: Tracks
     vehicles: Vehicles
-    statistic: Floats
-    scored: Flags
-    alarm: Flags
-    estimate_m: Floats
-    isolated: Flags
+    answers: Answers

@@ -134,7 +134,7 @@ def measure(scenario: Scenario, profile: str, duration_s: float) -> dict[tuple[s
             profile_of=ground.choice.profile,
             plans=make_plans(honest, session)[:1],
             method=method,
-            outcome_rows=[],
+            outcome_tables=[],
             close=lambda rows, ended_s: None,
             threads=threads,
             watch=Stopwatch(),

@@ -1,7 +1,6 @@
 """The fleet in motion: vehicles come and go, are sensed and spoofed; each vehicle × plan is a track."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,28 +21,7 @@ from gpsec.traffic.body import advance, axle_distance
 from gpsec.traffic.source import Departure, Frame
 from gpsec.types.method import Method
 from gpsec.types.tracks import Tracks
-from gpsec.types.vehicles import Measurements, Vehicles
-
-
-@dataclass(frozen=True)
-class Roll:
-    """Who a vehicle row stands for.
-
-    Attributes:
-        vehicle_id: its name in tables.
-        vehicle_type: SUMO's.
-        profile: index of its sensor profile.
-        depart_s: simulated time of departure.
-        sumo_id: SUMO's id.
-
-    """
-
-    vehicle_id: str
-    vehicle_type: str
-    profile: int
-    depart_s: float
-    sumo_id: str
-
+from gpsec.types.vehicles import Identity, Measurements, Vehicles
 
 # Called with track rows that are over, before they are used again, and with the time at which they ended.
 Closing = Callable[[Ints, float | None], None]
@@ -53,7 +31,7 @@ class Convoy:
     """Truth, sensors and spoofed fixes of all vehicles, step by step.
 
     Attributes:
-        roll: who each vehicle row in use stands for.
+        fleet: who each vehicle row in use stands for.
         track_rows: rows in use, ascending.
         attacks: attacks begun so far, for each plan.
 
@@ -71,7 +49,7 @@ class Convoy:
         profile_of: Callable[[Departure], int],
         plans: Sequence[Plan],
         method: Method,
-        outcome_rows: Sequence[Rows],
+        outcome_tables: Sequence[Table[Any]],
         close: Closing,
         threads: Threads,
         watch: Stopwatch,
@@ -79,7 +57,7 @@ class Convoy:
         self._vehicles = Table(Vehicles)
         self._seen = Table(Measurements)
         self._tracks = Table(Tracks)
-        self.roll: dict[int, Roll] = {}
+        self.fleet: dict[int, Identity] = {}
         self.track_rows: Ints = np.zeros(0, np.int32)
         self.attacks = [0] * len(plans)
         self._seed = seed
@@ -94,7 +72,7 @@ class Convoy:
         self._attack_states = [plan.attack.new_state(1) for plan in plans]
         self._history = FixHistory.empty(1, needed_memory_s(plans), step_s)
         self._method = method
-        self._outcome_rows = list(outcome_rows)
+        self._outcome_tables = list(outcome_tables)
         self._close = close
         self._threads = threads
         self._watch = watch
@@ -152,7 +130,7 @@ class Convoy:
         for track in over:
             self._slots.give_back(track)
         for row in frame.left:
-            del self.roll[row]
+            del self.fleet[row]
         self._refresh_rows()
 
     def _depart(self, frame: Frame) -> None:
@@ -166,7 +144,7 @@ class Convoy:
         for departure in frame.departures:
             row = departure.row
             profile = self._profile_of(departure)
-            self.roll[row] = Roll(
+            self.fleet[row] = Identity(
                 departure.vehicle_id, departure.vehicle_type, profile, frame.time_s, departure.first_id
             )
             vehicles.key[row] = noise.vehicle_key(self._seed, departure.vehicle_id)
@@ -286,4 +264,4 @@ class Convoy:
         return [self._vehicles, self._seen, self._sensor_state, self._history, *self._schedules]
 
     def _track_states(self) -> list[Rows | Table[Any]]:
-        return [self._tracks, *self._outcome_rows]
+        return [self._tracks, *self._outcome_tables]

@@ -11,7 +11,6 @@ from gpsec.core.errors import GpsecError, nearest, shown
 from gpsec.outcomes.state import OUT_OF_LANE, OutcomeState
 from gpsec.outcomes.study import Study
 from gpsec.outcomes.view import StepView
-from gpsec.pipeline.convoy import Roll
 from gpsec.pipeline.run import Report, run_scenario
 from gpsec.scenario import Scenario
 from gpsec.traffic.options import SumoOptions
@@ -19,7 +18,7 @@ from gpsec.traffic.remote import RemoteSession
 from gpsec.traffic.source import Equip
 from gpsec.traffic.window import Colour, Look, Outline
 from gpsec.types.tracks import Tracks
-from gpsec.types.vehicles import Vehicles
+from gpsec.types.vehicles import Identity, Vehicles
 
 CLEAN, UNSEEN, DETECTED, FALSE_ALARM, LEFT_LANE = range(5)
 # Okabe and Ito's palette, which colour-blind people tell apart: green, orange, sky blue, yellow, vermilion.
@@ -80,24 +79,24 @@ class Live:
         self._defence = choose_defence(study, defence)
         self._detector = int(study.detector_of[self._defence])
 
-    def see(self, view: StepView, outcomes: OutcomeState, roll: Mapping[int, Roll]) -> None:
+    def see(self, view: StepView, outcomes: OutcomeState, fleet: Mapping[int, Identity]) -> None:
         """Hand over the colours that change, and the ghost of the vehicle that is followed."""
         tracks = chosen_tracks(view.rows, view.tracks, self._plan)
         states = track_states(tracks, view.tracks, outcomes, self._defence, self._detector)
         rows = view.tracks.vehicle[tracks].tolist()
-        now = {row: (roll[row].vehicle_id, state) for row, state in zip(rows, states.tolist(), strict=True)}
+        now = {row: (fleet[row].vehicle_id, state) for row, state in zip(rows, states.tolist(), strict=True)}
         changed = [row for row, who in now.items() if self._shown.get(row) != who]
         at = self._follow(rows, view.tracks.attacked[tracks].tolist(), now)
         self._shown = now
         ghost: Outline = ()
         if at >= 0:
-            rear_m = view.estimate_m[tracks[at], self._defence]
+            rear_m = view.answers.estimate_m[tracks[at], self._defence]
             ghost = body_outline(rear_m, view.vehicles, rows[at], view.step_s)
         self._session.look = Look(
-            [(roll[row].sumo_id, COLOURS[now[row][1]]) for row in changed],
+            [(fleet[row].sumo_id, COLOURS[now[row][1]]) for row in changed],
             ghost,
             GHOST,
-            roll[self._followed].sumo_id if at >= 0 else "",
+            fleet[self._followed].sumo_id if at >= 0 else "",
         )
 
     def _follow(self, rows: list[int], attacked: list[bool], now: Mapping[int, tuple[str, int]]) -> int:

@@ -37,7 +37,7 @@ class Remarks:
         again = [departure for departure in frame.departures if departure.first_id != departure.vehicle_id]
         if not again:
             return
-        last = {convoy.roll[row].sumo_id: int(convoy.vehicles.lane[row]) for row in frame.left}
+        last = {convoy.fleet[row].sumo_id: int(convoy.vehicles.lane[row]) for row in frame.left}
         for departure in again:
             self._owner[departure.vehicle_id] = departure.first_id
             lane = int(frame.lane[np.searchsorted(frame.rows, departure.row)])
@@ -62,7 +62,7 @@ class Remarks:
         touching = (vehicles.width_m[wide] >= sides.width_m[lane]) & ~sides.internal[lane]
         for row in wide[touching].tolist():
             lane_m, on = sides.width_m[vehicles.lane[row]], shown(self._map.lane_ids[vehicles.lane[row]])
-            name = convoy.roll[row].sumo_id
+            name = convoy.fleet[row].sumo_id
             self._wide.setdefault(name, f"'{shown(name)}' of {vehicles.width_m[row]:.2f} m on '{on}' of {lane_m:.2f} m")
 
     def sentences(self, counts: Counts, outcomes: Outcomes) -> Iterator[str]:

@@ -17,7 +17,6 @@ from gpsec.core.progress import Progress
 from gpsec.core.stopwatch import Stopwatch
 from gpsec.core.threads import Threads
 from gpsec.detection.watchers import Watchers
-from gpsec.outcomes.events import Journey
 from gpsec.outcomes.recorder import Outcomes
 from gpsec.outcomes.state import OutcomeState
 from gpsec.outcomes.steps import StepLog
@@ -25,7 +24,7 @@ from gpsec.outcomes.study import Study
 from gpsec.outcomes.view import StepView
 from gpsec.pipeline.batched import BatchedMethod
 from gpsec.pipeline.build import Ground, lay_ground, make_localization, make_plans, make_watchers
-from gpsec.pipeline.convoy import Convoy, Roll
+from gpsec.pipeline.convoy import Convoy
 from gpsec.pipeline.fleet_choice import Few
 from gpsec.pipeline.manifest import Counts, write_manifest
 from gpsec.pipeline.mapfile import write_map
@@ -38,6 +37,7 @@ from gpsec.traffic.stderr import input_warnings
 from gpsec.traffic.zones import ZoneSource
 from gpsec.types.method import Method
 from gpsec.types.tracks import SAMPLE_S
+from gpsec.types.vehicles import Identity
 
 Report = Callable[[Progress], None]
 
@@ -65,7 +65,7 @@ class Onlooker(Protocol):
         """Learn what is compared, before the first step."""
         ...
 
-    def see(self, view: StepView, outcomes: OutcomeState, roll: Mapping[int, Roll]) -> None:
+    def see(self, view: StepView, outcomes: OutcomeState, fleet: Mapping[int, Identity]) -> None:
         """Look at a step, and at who each vehicle row stands for."""
         ...
 
@@ -141,16 +141,15 @@ class _Run:
         defences = [(defence.detector, defence.response) for defence in scenario.defences]
         names = [NO_ATTACK, *(plan.name for plan in plans)]
         method = _method(scenario, ground, watchers)
-        self.outcomes = Outcomes(
-            names,
+        study = Study(
+            tuple(names),
             watchers.names,
-            defences,
+            tuple(defences),
             ground.choice.profiles,
             watchers.thresholds,
-            ground.hd_map.sides,
             session.step_s,
-            1,
         )
+        self.outcomes = Outcomes(study, ground.hd_map.sides)
         self.onlooker = onlooker
         if onlooker is not None:
             onlooker.begin(self.outcomes.study)
@@ -171,7 +170,7 @@ class _Run:
             profile_of=ground.choice.profile,
             plans=plans,
             method=method,
-            outcome_rows=[self.outcomes.state],
+            outcome_tables=[self.outcomes.table],
             close=self._close,
             threads=threads,
             watch=self.watch,
@@ -275,19 +274,15 @@ class _Run:
             rows=convoy.track_rows,
             tracks=convoy.tracks,
             vehicles=convoy.vehicles,
-            statistic=answers.statistic,
-            scored=answers.scored,
-            alarm=answers.alarm,
-            estimate_m=answers.estimate_m,
-            isolated=answers.isolated,
+            answers=answers,
         )
         self.outcomes.observe(view, self.threads)
         self.watch.lap("outcomes")
         if self.onlooker is not None:
-            self.onlooker.see(view, self.outcomes.state, convoy.roll)
+            self.onlooker.see(view, self.outcomes.state, convoy.fleet)
             self.watch.lap("window")
         if self.log is not None:
-            people = [convoy.roll[row] for row in convoy.tracks.vehicle[convoy.track_rows].tolist()]
+            people = [convoy.fleet[row] for row in convoy.tracks.vehicle[convoy.track_rows].tolist()]
             chosen = self.scenario.log_vehicles
             if chosen:
                 kept = [place for place, who in enumerate(people) if {who.vehicle_id, who.sumo_id} & set(chosen)]
@@ -297,10 +292,8 @@ class _Run:
             self.watch.lap("step log")
 
     def _close(self, rows: Ints, ended_s: float | None) -> None:
-        tracks, roll = self.convoy.tracks, self.convoy.roll
-        people = [roll[row] for row in tracks.vehicle[rows].tolist()]
-        journeys = [Journey(who.vehicle_id, who.vehicle_type, who.profile, who.depart_s, ended_s) for who in people]
-        self.outcomes.close(rows, tracks, journeys)
+        tracks, fleet = self.convoy.tracks, self.convoy.fleet
+        self.outcomes.close(rows, tracks, [fleet[row] for row in tracks.vehicle[rows].tolist()], ended_s)
 
     def _configured_duration(self) -> float | None:
         end_s = self.ground.options.end_s

@@ -120,7 +120,7 @@ def residual_log(
         profile_of=lambda departure: 0,
         plans=(),
         method=method,
-        outcome_rows=(),
+        outcome_tables=(),
         close=lambda rows, ended_s: None,
         threads=Threads(1),
         watch=Stopwatch(),

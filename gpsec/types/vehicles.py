@@ -1,11 +1,32 @@
 """Vehicle rows: one belongs to a vehicle from departure to arrival, and holds its truth and its sensors."""
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from gpsec.core.arrays import Flags, Floats, Ints, Keys
 from gpsec.core.tables import blank
+
+
+@dataclass(frozen=True)
+class Identity:
+    """Who a vehicle row stands for.
+
+    Attributes:
+        vehicle_id: its name in tables.
+        vehicle_type: SUMO's.
+        profile: index of its sensor profile.
+        depart_s: simulated time of departure.
+        sumo_id: SUMO's id.
+
+    """
+
+    vehicle_id: str
+    vehicle_type: str
+    profile: int
+    depart_s: float
+    sumo_id: str
 
 
 class Vehicles(NamedTuple):

@@ -7,11 +7,12 @@ import numpy as np
 from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
 from gpsec.hdmap.arrays import LaneSides
-from gpsec.outcomes.events import Journey
 from gpsec.outcomes.recorder import Outcomes
+from gpsec.outcomes.study import Study
 from gpsec.outcomes.view import StepView
+from gpsec.types.answers import Answers
 from gpsec.types.tracks import Tracks
-from gpsec.types.vehicles import Measurements, Vehicles
+from gpsec.types.vehicles import Identity, Measurements, Vehicles
 
 PLANS = ("none", "constant_bias")
 DETECTORS = ("cusum", "never")
@@ -44,13 +45,17 @@ class Scene:
             "profile_names": PROFILES,
         } | names
         k, d = len(names["detector_names"]), len(names["defences"])
-        self.outcomes = Outcomes(
-            **names,
-            thresholds=np.arange(len(names["profile_names"]) * k, dtype=float).reshape(-1, k) + 1.0,
-            lane_sides=sides or lane_sides(),
-            step_s=step_s,
-            capacity=capacity,
+        thresholds = np.arange(len(names["profile_names"]) * k, dtype=float).reshape(-1, k) + 1.0
+        study = Study(
+            names["plan_names"],
+            names["detector_names"],
+            names["defences"],
+            names["profile_names"],
+            thresholds,
+            step_s,
         )
+        self.outcomes = Outcomes(study, sides or lane_sides())
+        self.outcomes.table.grow(capacity)
         self.step_s = step_s
         self._tracks = Table(Tracks, capacity)
         self.vehicles = Table(Vehicles, capacity).now
@@ -58,11 +63,9 @@ class Scene:
         self.seen = Table(Measurements, capacity).now
         self.tracks.vehicle[:] = np.arange(capacity)
         self.tracks.settled[:] = True
-        self.statistic = np.zeros((capacity, k))
-        self.scored = np.ones((capacity, k), np.bool_)
-        self.alarm = np.zeros((capacity, k), np.bool_)
-        self.estimate_m = np.zeros((capacity, d, 2))
-        self.isolated = np.zeros((capacity, d), np.bool_)
+        self.answers = Table(Answers, capacity, detectors=k, defences=d).now
+        self.statistic, self.scored, self.alarm, self.estimate_m, self.isolated = self.answers
+        self.scored[:] = True
 
     @property
     def tracks(self) -> Tracks:
@@ -80,11 +83,7 @@ class Scene:
             rows=np.asarray(rows, np.int32),
             tracks=self.tracks,
             vehicles=self.vehicles,
-            statistic=self.statistic,
-            scored=self.scored,
-            alarm=self.alarm,
-            estimate_m=self.estimate_m,
-            isolated=self.isolated,
+            answers=self.answers,
         )
 
     def observe(self, step, rows, threads=None):
@@ -94,7 +93,7 @@ class Scene:
         """Begin an attack: a track of the vehicle of `source` under `plan`, in the row `target`."""
         pair = np.array([source]), np.array([target])
         self._tracks.copy(*pair)
-        self.state.copy(*pair)
+        self.outcomes.table.copy(*pair)
         self.tracks.plan[target] = plan
         self.tracks.attacked[target] = True
         self.tracks.start_step[target] = step
@@ -104,5 +103,5 @@ class Scene:
         self.tracks.end_step[row] = step
 
     def close(self, row, vehicle_id, *, profile=0, depart_s=0.0, arrive_s=None):
-        journey = Journey(vehicle_id, "car", profile, depart_s, arrive_s)
-        self.outcomes.close(np.array([row], np.int32), self.tracks, [journey])
+        who = Identity(vehicle_id, "car", profile, depart_s, vehicle_id)
+        self.outcomes.close(np.array([row], np.int32), self.tracks, [who], arrive_s)

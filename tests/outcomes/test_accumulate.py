@@ -319,7 +319,7 @@ def test_bits_depend_neither_on_threads_nor_on_the_order_of_rows():
         plain.step(step)
         threaded.step(step, order, threads)
     threads.close()
-    for name in OutcomeState.__dataclass_fields__:
+    for name in OutcomeState._fields:
         assert getattr(plain.scene.state, name).tobytes() == getattr(threaded.scene.state, name).tobytes(), name
     np.testing.assert_array_equal(plain.scene.outcomes.histogram, threaded.scene.outcomes.histogram)
 
@@ -328,12 +328,12 @@ def test_a_row_that_is_reset_remembers_nothing():
     world = Randomised()
     for step in range(60):
         world.step(step)
-    state = world.scene.state
-    state.reset(np.arange(world.rows, dtype=np.int32))
-    state.grow(world.rows + 3)
-    blank = OutcomeState.empty(world.rows + 3, 2, 2)
-    for name in OutcomeState.__dataclass_fields__:
-        np.testing.assert_array_equal(getattr(state, name), getattr(blank, name))
+    table = world.scene.outcomes.table
+    table.reset(np.arange(world.rows, dtype=np.int32))
+    table.grow(world.rows + 3)
+    blank = Table(OutcomeState, world.rows + 3, detectors=2, defences=2).now
+    for name in OutcomeState._fields:
+        np.testing.assert_array_equal(getattr(table.now, name), getattr(blank, name))
     assert Table(Tracks, 1).now.plan[0] == 0
 
 

@@ -174,7 +174,7 @@ def drive_through(drive: Drive, vehicles: int, method: Method) -> None:
         profile_of=lambda departure: departure.row % len(ground.choice.profiles),
         plans=plans,
         method=method,
-        outcome_rows=[],
+        outcome_tables=[],
         close=lambda rows, ended_s: None,
         threads=threads,
         watch=watch,

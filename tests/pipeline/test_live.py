@@ -68,7 +68,7 @@ def test_each_vehicle_is_shown_once_under_the_chosen_plan_where_that_has_begun()
     ],
 )
 def test_the_state_of_a_track(attacked, detected, in_alarm, left, state):
-    tracks, outcomes = Table(Tracks, 3).now, OutcomeState.empty(3, 2, 2)
+    tracks, outcomes = Table(Tracks, 3).now, Table(OutcomeState, 3, detectors=2, defences=2).now
     tracks.attacked[1] = attacked
     outcomes.detection_step[1, 0] = 7 if detected else -1
     outcomes.in_alarm[1, 0] = in_alarm
@@ -133,8 +133,8 @@ def display(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[None]:
 class Stopping(Live):
     """Closes the window with a key after some steps, as a user does."""
 
-    def see(self, view, outcomes, roll):
-        super().see(view, outcomes, roll)
+    def see(self, view, outcomes, fleet):
+        super().see(view, outcomes, fleet)
         if view.step == 20:
             windows = subprocess.run(
                 ["xdotool", "search", "--name", "SUMO"], capture_output=True, text=True, check=True
@@ -153,8 +153,8 @@ def test_the_tables_are_the_same_bytes_with_and_without_a_window(town, tmp_path,
     looks = []
 
     class Counting(Live):
-        def see(self, view, outcomes, roll):
-            super().see(view, outcomes, roll)
+        def see(self, view, outcomes, fleet):
+            super().see(view, outcomes, fleet)
             looks.append(self._session.look)
 
     for folder in (with_window, without):
