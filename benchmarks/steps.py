@@ -17,7 +17,7 @@ from rich.table import Table
 from benchmarks.city import ROOT
 from gpsec.attacks.plans import plan_config
 from gpsec.console.paper import Bar
-from gpsec.paper.pool import Estimate, detection, false_alarms, of_defence, of_detector, read, share
+from gpsec.paper.pool import Estimate, detection, false_alarms, of_defence, of_detector, read_runs, share
 from gpsec.running.workers import run_scenarios
 from gpsec.scenario import Scenario, load_scenario
 from gpsec.scenario.sections import Defence
@@ -71,7 +71,7 @@ def table(folders: dict[float, list[Path]]) -> pd.DataFrame:
     """Return a row for every step length, profile, detector, attack and quantity."""
     rows = []
     for step_s, runs in folders.items():
-        events, vehicles = read(runs, "events"), read(runs, "vehicles")
+        events, vehicles = read_runs(runs, "events"), read_runs(runs, "vehicles")
         for profile in PROFILES:
             mine = events[events["profile"] == profile], vehicles[vehicles["profile"] == profile]
             for detector in DETECTORS:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from gpsec.opendrive.netconvert import OPTIONS
+from gpsec.opendrive.netconvert import OPENDRIVE_OPTIONS
 from gpsec.opendrive.tidy import give_extent, thin_out
 from gpsec.sumo.tools import run_program
 from sumo_nets.plan import Plan
@@ -17,7 +17,7 @@ def netconvert(plan: Plan, source: Path, target: Path) -> list[str]:
         f"--opendrive-files={source}",
         f"--output-file={target}",
         f"--opendrive.curve-resolution={plan.curve_resolution_m}",
-        *OPTIONS,
+        *OPENDRIVE_OPTIONS,
         *plan.netconvert,
     ]
     run = run_program("netconvert", arguments, Path.cwd())

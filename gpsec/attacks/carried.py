@@ -7,8 +7,9 @@ import numpy as np
 
 from gpsec.attacks.plans import MAX_TIME_S, PlanConfig
 from gpsec.attacks.registry import ATTACKS
-from gpsec.attacks.zones import PLAN_KEYS, PREFIX, Zone, metres, number, plan_from_text, stated
+from gpsec.attacks.zones import PLAN_KEYS, Zone, metres, number, plan_from_text, stated
 from gpsec.core.errors import GpsecError, nearest, shown
+from gpsec.types.constants import PREFIX
 
 # A car that follows its victim reached 40 to 50 m with a portable spoofer (Zeng et al., "All Your GPS Are Belong To
 # Us", USENIX Security 2018).

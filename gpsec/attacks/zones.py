@@ -13,8 +13,8 @@ from gpsec.attacks.plans import MAX_TIME_S, PlanConfig, plan_config
 from gpsec.attacks.registry import ATTACKS, build_attack
 from gpsec.core.arrays import Flags, Floats
 from gpsec.core.errors import GpsecError, shown
+from gpsec.types.constants import PREFIX
 
-PREFIX = "gpsec."
 NOBODY: Mapping[str, Floats] = {}
 """No vehicle carries a spoofer."""
 _MAX_RADIUS_M = 1e6

@@ -5,9 +5,8 @@ from pathlib import Path
 
 from gpsec.core.errors import GpsecError, shown
 from gpsec.core.system import in_a_sentence
+from gpsec.types.constants import MANIFEST, REPORT
 
-MANIFEST = "manifest.json"
-REPORT = "report.html"
 _TABLES = ("detection", "localization", "safety", "events", "vehicles", "curves", "error_bands", "places")
 _AS_PARQUET = ("events.parquet", "vehicles.parquet", "places.parquet")
 _WRITTEN_BY_RUNS = (MANIFEST, REPORT, *(f"{table}.csv" for table in _TABLES), *_AS_PARQUET)

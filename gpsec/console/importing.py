@@ -9,15 +9,15 @@ from gpsec.console.status import status
 from gpsec.console.terminal import messages
 from gpsec.core.errors import GpsecError, MachineError
 from gpsec.detection.models import thresholds_for
-from gpsec.opendrive.check import MOST_LOST_SHARE, Check, Figures
+from gpsec.opendrive.check import MOST_LOST_SHARE, Check, MapDeviation
 from gpsec.opendrive.importing import Imported, import_map
 from gpsec.opendrive.lanes import NARROWEST_M
 from gpsec.opendrive.netfile import NET_SUFFIX
 from gpsec.openstreetmap.extract import is_extract
+from gpsec.scenario.choices import DEFAULT_RATE
 from gpsec.sensors.profiles import residual_sigma_m
 from gpsec.sensors.registry import PROFILES
 
-RATE = "1e-3/sample"
 # Above this share of points a map alone keeps a detector busy: the false-alarm rate it was calibrated to.
 _BUSY_SHARE = 1e-3
 
@@ -83,7 +83,7 @@ def alarm_levels_m() -> dict[str, float]:
     The statistic is the mean of (z/σ)², so a residual that does not change raises one from σ·√threshold on.
     """
     names = list(PROFILES)
-    thresholds = thresholds_for(["chi_square"], names, "tracked", RATE)[:, 0]
+    thresholds = thresholds_for(["chi_square"], names, "tracked", DEFAULT_RATE)[:, 0]
     return {
         name: residual_sigma_m(PROFILES[name]) * sqrt(threshold)
         for name, threshold in zip(names, thresholds, strict=True)
@@ -106,7 +106,7 @@ def verdict(done: Imported) -> list[str]:
     return [*lines, f"  by lane: {done.csv}; drawn: {done.picture}"]
 
 
-def _figures(figures: Figures) -> str:
+def _figures(figures: MapDeviation) -> str:
     if figures.median_m is None:
         return "no lane of the net lies where the map has one"
     return (

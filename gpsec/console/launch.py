@@ -11,7 +11,7 @@ from rich.console import Console
 from gpsec.console import terminal
 from gpsec.console.bars import display
 from gpsec.console.complaint import complain
-from gpsec.console.folders import MANIFEST, check_output, resolved
+from gpsec.console.folders import check_output, resolved
 from gpsec.console.leftovers import found_at_start
 from gpsec.console.publishing import publish
 from gpsec.console.workshop import Workshop, clear, workshops
@@ -23,6 +23,7 @@ from gpsec.running.workers import Failure, Outcome, Run, run_scenarios
 from gpsec.scenario import Scenario, load_scenario
 from gpsec.scenario.outside import NOTHING, Outside
 from gpsec.scenario.overrides import Override
+from gpsec.types.constants import MANIFEST
 
 INTERRUPTED = 130
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from gpsec.console.complaint import say
 from gpsec.console.status import status
 from gpsec.console.terminal import messages
-from gpsec.openstreetmap.importing import Net, import_extract
+from gpsec.openstreetmap.importing import ImportedExtract, import_extract
 
 _NOT_CHECKED = (
     "lanes lie where netconvert lays them beside OpenStreetMap's lines, which are the middles of roads: "
@@ -25,7 +25,7 @@ def import_osm(map_file: Path, out: Path, left_hand: bool | None, overwrite: boo
         say(line)
 
 
-def _verdict(done: Net) -> list[str]:
+def _verdict(done: ImportedExtract) -> list[str]:
     return [
         f"{done.net_file}: {done.lanes} lanes, {done.length_m / 1000.0:.1f} km of them",
         *(f"  mended: {sentence}" for sentence in done.mended),

@@ -13,8 +13,8 @@ from gpsec.report.comparison_page import write_comparison
 from gpsec.report.geography import write_places
 from gpsec.report.make import Steps, logged_steps, write_report, write_trace
 from gpsec.report.resimulate import simulate
-from gpsec.report.stories import choose, story_of
-from gpsec.report.terminal import told
+from gpsec.report.stories import choose_stories, story_of
+from gpsec.report.terminal import story_parts
 from gpsec.report.traces import rows_of
 from gpsec.running.results import Results, load, write_spreadsheets
 from gpsec.scenario.outside import load_parts
@@ -38,7 +38,7 @@ def report(
         GpsecError: it is no run, or nothing can be written there.
     """
     run = _loaded(folder)
-    stories = choose(run)
+    stories = choose_stories(run)
     steps: Steps = logged_steps(run, stories)
     status = 0
     if again:
@@ -95,7 +95,7 @@ def tell(
     if logged is None or rows_of(story, logged).empty:
         raise GpsecError(f"{folder}: no steps of vehicle '{shown(vehicle_id)}' could be found")
     console = tables(100)
-    for part in told(run, story, rows_of(story, logged)):
+    for part in story_parts(run, story, rows_of(story, logged)):
         console.print(part, markup=False, highlight=False)
     path = out or folder / f"trace-{re.sub(r'[^A-Za-z0-9._-]+', '_', vehicle_id)[:100]}.html"
     with in_a_sentence(f"{path}: no page can be written there"):

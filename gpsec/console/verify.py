@@ -8,7 +8,7 @@ from gpsec.console.workshop import settle
 from gpsec.core.errors import GpsecError
 from gpsec.outcomes.digests import WHOLE, compared
 from gpsec.outcomes.manifests import read_manifest, stated_digests
-from gpsec.outcomes.tables import MANIFEST
+from gpsec.types.constants import MANIFEST
 
 NOT_WHOLE = 1
 

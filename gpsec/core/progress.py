@@ -1,5 +1,6 @@
-"""What a running scenario tells about itself."""
+"""What a running scenario reports of itself."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 # Stages that end a scenario.
@@ -29,3 +30,7 @@ class Progress:
     real_time_factor: float = 0.0
     stage: str = "running"
     note: str = ""
+
+
+Report = Callable[[Progress], None]
+"""Is called with the progress of a scenario, several times a second."""

@@ -7,7 +7,7 @@ import numpy as np
 from gpsec.hdmap.net import Lane
 
 # A shorter road is passed in a few seconds.
-SHORTEST_M = 50.0
+SHORTEST_FLOW_M = 50.0
 
 
 def length_m(lane: Lane) -> float:
@@ -22,7 +22,7 @@ def straight_flows(lanes: list[Lane], period_s: float, duration_s: float) -> tup
     """
     count: dict[str, int] = {}
     for lane in lanes:
-        if length_m(lane) >= SHORTEST_M:
+        if length_m(lane) >= SHORTEST_FLOW_M:
             edge = lane.lane_id.rpartition("_")[0]
             count[edge] = count.get(edge, 0) + 1
     total = sum(count.values())

@@ -36,7 +36,7 @@ class Demand:
     period_s: float
 
 
-def outputs(net_file: Path, out: Path, overwrite: bool) -> dict[str, Path]:
+def demand_files(net_file: Path, out: Path, overwrite: bool) -> dict[str, Path]:
     """Return the files that a demand consists of, by kind: ``routes``, ``types``, ``sumocfg``.
 
     Raises:
@@ -88,7 +88,7 @@ def make_demand(
     Raises:
         GpsecError: the net or a file cannot be used. Nothing is left behind then.
     """
-    files = outputs(net_file, out, overwrite)
+    files = demand_files(net_file, out, overwrite)
     tell("reading the net")
     lanes = [lane for lane in read_net(net_file).lanes if not lane.internal]
     period = suitable_period_s(lanes) if period_s is None else period_s

@@ -7,7 +7,7 @@ import numpy as np
 
 from gpsec.core.arrays import Flags, Floats
 from gpsec.core.errors import shown
-from gpsec.opendrive.compare import match
+from gpsec.opendrive.compare import match_lanes
 from gpsec.opendrive.lanes import NARROWEST_M, CentreLine
 from gpsec.opendrive.netfile import NetLane
 
@@ -20,7 +20,7 @@ _LEAST_MATCHED_SHARE = 0.5
 
 
 @dataclass(frozen=True)
-class Figures:
+class MapDeviation:
     """How far net and map lie apart across the lane, over a number of points about `CHECK_SPACING_M` apart.
 
     Attributes:
@@ -54,8 +54,8 @@ class Check:
     """
 
     lines: list[CentreLine]
-    by_lane: list[Figures]
-    overall: Figures
+    by_lane: list[MapDeviation]
+    overall: MapDeviation
     narrow_share: float
     across_m: list[Floats]
     over_share: dict[str, float]
@@ -76,7 +76,7 @@ def check_lanes(lines: list[CentreLine], lanes: list[NetLane], alarm_m: Mapping[
         lanes: of the net.
         alarm_m: by sensor profile, the steady residual that raises an alarm.
     """
-    found = match(lines, lanes)
+    found = match_lanes(lines, lanes)
     wide = np.concatenate([line.width_m for line in lines]) >= NARROWEST_M
     ends = np.cumsum([len(line.points_m) for line in lines])[:-1]
     matched = found.matched & wide
@@ -98,7 +98,7 @@ def check_lanes(lines: list[CentreLine], lanes: list[NetLane], alarm_m: Mapping[
     )
 
 
-def _is_lost(figures: Figures) -> bool:
+def _is_lost(figures: MapDeviation) -> bool:
     return figures.points > 1 and figures.unmatched_share > 1.0 - _LEAST_MATCHED_SHARE
 
 
@@ -107,13 +107,13 @@ def _name(line: CentreLine) -> str:
     return f"lane {line.lane_id} of road '{shown(line.road_id)}' (s={begin:.0f} to {end:.0f} m)"
 
 
-def _figures(across: Floats, matched: Flags, wide: Flags) -> Figures:
+def _figures(across: Floats, matched: Flags, wide: Flags) -> MapDeviation:
     count = int(wide.sum())
     unmatched = 1.0 - matched.sum() / count if count else 0.0
     if not matched.any():
-        return Figures(count, float(unmatched), None, None, None, None)
+        return MapDeviation(count, float(unmatched), None, None, None, None)
     distance = np.abs(across[matched])
-    return Figures(
+    return MapDeviation(
         count,
         float(unmatched),
         float(np.median(distance)),

@@ -9,7 +9,7 @@ from gpsec.core.arrays import Flags, Floats, Ints
 from gpsec.opendrive.lanes import CentreLine
 from gpsec.opendrive.netfile import NetLane
 
-REACH_M = 8.0
+MATCH_REACH_M = 8.0
 # A lane runs along another one where their directions differ by less than 45°.
 _ALONG = np.cos(np.pi / 4.0)
 # A point that lies further beyond the end of a lane than this is not beside it.
@@ -38,7 +38,7 @@ class Matches:
         return found
 
 
-def match(lines: list[CentreLine], lanes: list[NetLane]) -> Matches:
+def match_lanes(lines: list[CentreLine], lanes: list[NetLane]) -> Matches:
     """Return the net's lane beside every point of the lines, one after the other.
 
     It is the lane that netconvert made from this very lane, as far as it goes. Where none is beside the point, it is
@@ -57,7 +57,7 @@ def match(lines: list[CentreLine], lanes: list[NetLane]) -> Matches:
     internal = np.array([lanes[number].internal for number in usable], np.bool_)
 
     here = shapely.points(points)
-    point, shape = shapely.STRtree(shapes).query(here, predicate="dwithin", distance=REACH_M)
+    point, shape = shapely.STRtree(shapes).query(here, predicate="dwithin", distance=MATCH_REACH_M)
     same = made_from[shape] == original[point]
     # Before the expensive part, leave out the lanes that will not be taken anyway.
     point, shape, same = (values[same | internal[shape]] for values in (point, shape, same))

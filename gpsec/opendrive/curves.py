@@ -35,7 +35,7 @@ class Course(NamedTuple):
     turn_rad: Floats
 
 
-class Curve(Protocol):
+class ReferenceLineCurve(Protocol):
     """A curve of a given length."""
 
     def course(self, distance_m: Floats, length_m: float) -> Course:

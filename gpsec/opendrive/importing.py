@@ -9,18 +9,18 @@ from xml.etree.ElementTree import Element
 
 from gpsec.core.errors import GpsecError, shown
 from gpsec.core.system import refusal
-from gpsec.opendrive.check import CHECK_SPACING_M, Check, Figures, check_lanes
+from gpsec.opendrive.check import CHECK_SPACING_M, Check, MapDeviation, check_lanes
 from gpsec.opendrive.georeference import set_georeference
 from gpsec.opendrive.lanes import IMPORTED, centre_lines, check_lines
-from gpsec.opendrive.lefthand import keeps_left, mirror_map, mirror_net
+from gpsec.opendrive.lefthand import map_keeps_left, mirror_map, mirror_net
 from gpsec.opendrive.lengths import DIFFERS_SHARE, differing
 from gpsec.opendrive.mend import describe_net, mend_net
-from gpsec.opendrive.names import rename, restore
+from gpsec.opendrive.names import rename_for_netconvert, restore_names
 from gpsec.opendrive.netconvert import convert_map
-from gpsec.opendrive.netfile import NET_SUFFIX, NetLane, net_lanes, outputs
+from gpsec.opendrive.netfile import NET_SUFFIX, NetLane, import_files, net_lanes
 from gpsec.opendrive.offset import turn_map
 from gpsec.opendrive.read import parse, roads
-from gpsec.opendrive.report import draw, write_csv
+from gpsec.opendrive.report import draw_check, write_csv
 from gpsec.opendrive.reshape import SPACING_M, reshape
 from gpsec.opendrive.road import Road
 from gpsec.opendrive.sections import order_lanes
@@ -48,7 +48,7 @@ class Imported:
     csv: Path
     picture: Path
     lanes: int
-    raw: Figures
+    raw: MapDeviation
     check: Check
     mended: tuple[str, ...]
     notes: tuple[str, ...]
@@ -76,7 +76,7 @@ def import_map(
     Raises:
         GpsecError: the map or a file cannot be used. Nothing is left behind then.
     """
-    files = outputs(out, (NET_SUFFIX, ".check.csv", ".check.png"), overwrite)
+    files = import_files(out, (NET_SUFFIX, ".check.csv", ".check.png"), overwrite)
     tell("reading the map")
     root = parse(map_file)
     spelt = spell_out(root)
@@ -90,11 +90,11 @@ def import_map(
     check_lines(lines, map_file)
     mended = [*spelt, *([turned] if turned else []), *leave_out_reversed(map_roads)]
     mended += _prepare(root, map_roads, origin_deg)
-    names = rename(root)
+    names = rename_for_netconvert(root)
     for written, name in list(names.items())[:1]:
         what = "names of roads and junctions that SUMO does not take, written otherwise in the net"
         mended.append(f"{what}: {len(names)}; '{shown(name)}' is '{shown(written)}' there")
-    left_hand = keeps_left(map_roads)
+    left_hand = map_keeps_left(map_roads)
     if left_hand:
         mirror_map(root)
         mended.append("traffic keeps left, which netconvert does not read: it saw the map in a mirror")
@@ -104,7 +104,7 @@ def import_map(
             work = Path(name)
             tell("netconvert")
             said, net = _net(root, work, map_file, left_hand)
-            restore(net, names)
+            restore_names(net, names)
             raw = check_lanes(lines, net_lanes(net), alarm_m).overall
             tell("giving lanes their shapes")
             reshaped = reshape(net, list(centre_lines(map_roads, SPACING_M, IMPORTED)))
@@ -120,7 +120,7 @@ def import_map(
             ElementTree.indent(net, "    ")
             ElementTree.ElementTree(net).write(made[0], encoding="utf-8", xml_declaration=True)
             write_csv(check, made[1])
-            draw(check, made[2], f"{map_file.stem}: {len(lanes)} lanes")
+            draw_check(check, made[2], f"{map_file.stem}: {len(lanes)} lanes")
             for path, target in zip(reversed(made), reversed(files), strict=True):
                 path.replace(target)
     except OSError as error:

@@ -11,7 +11,7 @@ from gpsec.core.arrays import Floats
 from gpsec.core.errors import GpsecError, shown
 from gpsec.opendrive.numbers import FARTHEST_M, LONGEST_M, WIDEST_M
 from gpsec.opendrive.polylines import stations
-from gpsec.opendrive.road import Lane, LaneSection, Road
+from gpsec.opendrive.road import LaneSection, Road, RoadLane
 
 # Lanes that traffic drives on; parking, stopping, cycling, walking and the rest are none.
 DRIVEN = frozenset(
@@ -105,7 +105,7 @@ def _of_side(road: Road, number: int, side: int, spacing_m: float, kinds: frozen
 class _Centre(NamedTuple):
     """Centre (n, 2) and width (n,) of a lane at n stations."""
 
-    of: Lane
+    of: RoadLane
     points_m: Floats
     width_m: Floats
 

@@ -23,7 +23,7 @@ _OTHER_SIDE = {"left": "right", "right": "left"}
 _OTHER_TURN = {"l": "r", "r": "l", "L": "R", "R": "L"}
 
 
-def keeps_left(roads: list[Road]) -> bool:
+def map_keeps_left(roads: list[Road]) -> bool:
     """Return whether traffic keeps left on the greater part of the map."""
     return sum(road.length_m if road.left_hand else -road.length_m for road in roads) > 0.0
 

@@ -10,7 +10,7 @@ _REFUSED = re.compile(r"""[\s|\\'";:,<>&{}]""")
 _LINKS = ("predecessor", "successor")
 
 
-def rename(root: Element) -> dict[str, str]:
+def rename_for_netconvert(root: Element) -> dict[str, str]:
     """Give roads and junctions names that netconvert takes; return the map's own of those that changed.
 
     It refuses some characters, and makes "-1" and "1#0" of road "1", which no other road may be called then.
@@ -28,7 +28,7 @@ def rename(root: Element) -> dict[str, str]:
     return {written: name for name, written in new.items()}
 
 
-def restore(net: Element, names: dict[str, str]) -> None:
+def restore_names(net: Element, names: dict[str, str]) -> None:
     """Let the lanes of a net name the map's lanes as the map does."""
     for parameter in net.iter("param"):
         if parameter.get("key") == ORIGINAL:

@@ -5,7 +5,7 @@ from pathlib import Path
 from gpsec.sumo.netconvert import Converted, convert
 from gpsec.sumo.tools import Limits
 
-OPTIONS = (
+OPENDRIVE_OPTIONS = (
     "--precision=4",
     "--precision.geo=8",
     "--opendrive.internal-shapes",
@@ -35,7 +35,7 @@ def convert_map(source: Path, target: Path, map_file: Path, limits: Limits | Non
     options = [
         f"--opendrive-files={source.name}",
         f"--opendrive.curve-resolution={CURVE_RESOLUTION_M:g}",
-        *(option for option in OPTIONS if option not in _DISPENSABLE),
+        *(option for option in OPENDRIVE_OPTIONS if option not in _DISPENSABLE),
         "--output.original-names",
     ]
     return convert(options, _DISPENSABLE, target, map_file, limits)

@@ -79,7 +79,7 @@ def points(shape: str) -> Floats:
     return np.array([[float(value) for value in corner.split(",")[:2]] for corner in shape.split()]).reshape(-1, 2)
 
 
-def outputs(net_file: Path, suffixes: tuple[str, ...], overwrite: bool) -> list[Path]:
+def import_files(net_file: Path, suffixes: tuple[str, ...], overwrite: bool) -> list[Path]:
     """Return the files that an import writes: the net's name with each suffix instead of its own.
 
     Raises:

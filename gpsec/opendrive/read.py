@@ -10,14 +10,14 @@ import numpy as np
 
 from gpsec.core.arrays import Floats
 from gpsec.core.errors import GpsecError, shown
-from gpsec.opendrive.curves import Arc, Curve, Line, ParamPoly3, Poly3, Spiral
+from gpsec.opendrive.curves import Arc, Line, ParamPoly3, Poly3, ReferenceLineCurve, Spiral
 from gpsec.opendrive.numbers import check_numbers
-from gpsec.opendrive.road import Cubics, Geometry, Lane, LaneSection, Road
+from gpsec.opendrive.road import Cubics, Geometry, LaneSection, Road, RoadLane
 
 _CURVES = ("line", "arc", "spiral", "poly3", "paramPoly3")
 _MPS = {"m/s": 1.0, "km/h": 1.0 / 3.6, "mph": 0.44704, "": 1.0}
 _FASTEST_MPS = 1000.0
-SHORTEST_M = 1e-6
+SHORTEST_ROAD_M = 1e-6
 # Lanes are drawn with points every half metre: some 2.5 GB of them for six lanes.
 MOST_ROAD_M = 5e6
 
@@ -78,7 +78,7 @@ class _Reader:
         length = self._number(element, "length")
         drawn = [self._geometry(item) for item in element.iterfind("planView/geometry")]
         geometries = sorted((item for item in drawn if item is not None), key=lambda item: item.station_m)
-        if length <= SHORTEST_M or not geometries:
+        if length <= SHORTEST_ROAD_M or not geometries:
             return None
         return Road(
             element.get("id", ""),
@@ -98,12 +98,12 @@ class _Reader:
 
     def _geometry(self, element: Element) -> Geometry | None:
         length = self._number(element, "length")
-        if length <= SHORTEST_M:
+        if length <= SHORTEST_ROAD_M:
             return None
         s, x, y, heading = (self._number(element, key) for key in ("s", "x", "y", "hdg"))
         return Geometry(s, x, y, heading, length, self._curve(element, s, length))
 
-    def _curve(self, geometry: Element, s: float, length: float) -> Curve:
+    def _curve(self, geometry: Element, s: float, length: float) -> ReferenceLineCurve:
         shape = next((child for child in geometry if child.tag != "userData"), None)
         if shape is None or shape.tag not in _CURVES:
             found = "none" if shape is None else f"<{shown(shape.tag)}>"
@@ -127,18 +127,18 @@ class _Reader:
         return tuple(
             LaneSection(begin, end, self._lanes(element, begin))
             for element, begin, end in zip(elements, begins, ends, strict=True)
-            if end - begin > SHORTEST_M
+            if end - begin > SHORTEST_ROAD_M
         )
 
-    def _lanes(self, section: Element, begin: float) -> tuple[Lane, ...]:
+    def _lanes(self, section: Element, begin: float) -> tuple[RoadLane, ...]:
         lanes = [self._lane(item) for item in section.iter("lane")]
         numbers = [lane.lane_id for lane in lanes]
         if twice := [number for number in numbers if numbers.count(number) > 1]:
             self._refuse(f"laneSection at s={begin:g}: expected one lane of each id, found several with {twice[0]}")
         return tuple(lane for lane in lanes if lane.lane_id != 0)
 
-    def _lane(self, element: Element) -> Lane:
-        return Lane(
+    def _lane(self, element: Element) -> RoadLane:
+        return RoadLane(
             int(self._number(element, "id")),
             element.get("type", "none"),
             self._cubics(element, "width", "sOffset"),

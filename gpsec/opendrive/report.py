@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
-from gpsec.opendrive.check import Check, Figures
+from gpsec.opendrive.check import Check, MapDeviation
 from gpsec.opendrive.polylines import stations
 
-COLUMNS = (
+CHECK_COLUMNS = (
     "road",
     "lane_section",
     "lane",
@@ -30,19 +30,19 @@ def write_csv(check: Check, path: Path) -> None:
     """Write a row for each lane of each lane section of the map; an empty cell is a figure that there is not."""
     with path.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(COLUMNS)
+        writer.writerow(CHECK_COLUMNS)
         for line, figures in zip(check.lines, check.by_lane, strict=True):
             place = f"{line.station_m.min():.3f}", f"{stations(line.points_m)[-1]:.3f}"
             writer.writerow([line.road_id, line.section, line.lane_id, line.kind, *place, *_cells(figures)])
 
 
-def _cells(figures: Figures) -> list[str]:
+def _cells(figures: MapDeviation) -> list[str]:
     distances = (figures.median_m, figures.p95_m, figures.largest_m, figures.mean_m)
     written = ["" if value is None else f"{value:.4f}" for value in distances]
     return [str(figures.points), f"{figures.unmatched_share:.4f}", *written]
 
 
-def draw(check: Check, path: Path, title: str) -> None:
+def draw_check(check: Check, path: Path, title: str) -> None:
     """Draw the map's lanes as a PNG, coloured by how far the net's lanes lie beside them, grey where there is none."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.collections import LineCollection

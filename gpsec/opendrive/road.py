@@ -7,7 +7,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from gpsec.core.arrays import Floats
-from gpsec.opendrive.curves import Curve
+from gpsec.opendrive.curves import ReferenceLineCurve
 
 
 @dataclass(frozen=True)
@@ -56,11 +56,11 @@ class Geometry:
     y_m: float
     heading_rad: float
     length_m: float
-    curve: Curve
+    curve: ReferenceLineCurve
 
 
 @dataclass(frozen=True)
-class Lane:
+class RoadLane:
     """One lane of a lane section.
 
     Attributes:
@@ -92,7 +92,7 @@ class LaneSection:
 
     begin_m: float
     end_m: float
-    lanes: tuple[Lane, ...]
+    lanes: tuple[RoadLane, ...]
 
 
 @dataclass(frozen=True)

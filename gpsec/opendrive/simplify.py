@@ -3,7 +3,7 @@
 from math import isfinite
 from xml.etree.ElementTree import Element, SubElement
 
-from gpsec.opendrive.read import SHORTEST_M
+from gpsec.opendrive.read import SHORTEST_ROAD_M
 
 # What netconvert asks for, and must not be empty; it gives up a map for one signal without it.
 _OF_SIGNAL = ("id", "type", "orientation", "dynamic")
@@ -99,7 +99,7 @@ def _plainer(geometry: Element) -> bool:
     length = float(geometry.get("length", "0"))
     spiral, arc = geometry.find("spiral"), geometry.find("arc")
     shape = spiral if spiral is not None else arc
-    if length <= SHORTEST_M or shape is None:
+    if length <= SHORTEST_ROAD_M or shape is None:
         return False
     ends = [float(shape.get(key, "0")) for key in (("curvature",) if spiral is None else ("curvStart", "curvEnd"))]
     # The end of the arc of the mean curvature lies beside that of the spiral by change · length² / 12.

@@ -6,7 +6,7 @@ This happens on a copy; the user's map is not touched. Every change is said.
 from dataclasses import dataclass
 from xml.etree.ElementTree import SubElement
 
-from gpsec.opendrive.road import Lane, LaneSection, Road
+from gpsec.opendrive.road import LaneSection, Road, RoadLane
 
 # "no limit" is a German motorway, where 130 km/h is advised.
 NO_LIMIT_MPS = 130.0 / 3.6
@@ -38,7 +38,7 @@ def spell_out_speeds(roads: list[Road]) -> Speeds:
     return Speeds(*counts)
 
 
-def _spell_out(lane: Lane, road: Road, section: LaneSection) -> tuple[bool, bool, bool]:
+def _spell_out(lane: RoadLane, road: Road, section: LaneSection) -> tuple[bool, bool, bool]:
     """Write the limits of one lane; return what of `Speeds` it counts for."""
     good = [(distance, speed) for distance, speed in lane.speeds if speed is None or speed > 0.0]
     not_positive = len(good) < len(lane.speeds)

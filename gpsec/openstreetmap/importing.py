@@ -9,17 +9,17 @@ from xml.etree import ElementTree
 from gpsec.core.errors import GpsecError
 from gpsec.core.system import refusal
 from gpsec.opendrive.mend import describe_net, mend_net
-from gpsec.opendrive.netfile import NET_SUFFIX, net_lanes, outputs
+from gpsec.opendrive.netfile import NET_SUFFIX, import_files, net_lanes
 from gpsec.opendrive.polylines import stations
 from gpsec.opendrive.tidy import give_extent, thin_out
 from gpsec.openstreetmap.extract import read_extract, unpack
-from gpsec.openstreetmap.side import keeps_left
+from gpsec.openstreetmap.side import extract_keeps_left
 from gpsec.sumo.home import sumo_home
 from gpsec.sumo.netconvert import convert
 
 # What OpenStreetMap draws is the middle of a road; the types say how many lanes it has, and how fast they are.
 _TYPES = "data/typemap/osmNetconvert.typ.xml"
-OPTIONS = (
+OSM_OPTIONS = (
     "--precision=4",
     "--precision.geo=8",
     "--keep-edges.by-vclass=passenger",
@@ -42,7 +42,7 @@ DISPENSABLE = (
 
 
 @dataclass(frozen=True)
-class Net:
+class ImportedExtract:
     """What an import has made.
 
     Attributes:
@@ -62,7 +62,7 @@ class Net:
 
 def import_extract(
     map_file: Path, out: Path, *, left_hand: bool | None, overwrite: bool, tell: Callable[[str], None]
-) -> Net:
+) -> ImportedExtract:
     """Make a net of an extract of OpenStreetMap.
 
     Args:
@@ -76,20 +76,20 @@ def import_extract(
         GpsecError: the extract or a file cannot be used. Nothing is left behind then.
         MachineError: netconvert takes more time or memory than it may have, or crashes.
     """
-    (target,) = outputs(out, (NET_SUFFIX,), overwrite)
+    (target,) = import_files(out, (NET_SUFFIX,), overwrite)
     try:
         with tempfile.TemporaryDirectory(prefix=".gpsec-import-", dir=out.parent) as name:
             work = Path(name)
             tell("reading the extract")
             source, raw = work / "map.osm", work / f"raw{NET_SUFFIX}"
             unpack(map_file, source)
-            left, why = keeps_left(read_extract(source, map_file))
+            left, why = extract_keeps_left(read_extract(source, map_file))
             side = "traffic keeps " + ("left" if left else "right") + f", {why}"
             if left_hand is not None:
                 left, side = left_hand, f"traffic keeps {'left' if left_hand else 'right'}, as you say"
             tell("netconvert")
             types = f"--type-files={sumo_home() / _TYPES}"
-            options = [f"--osm-files={source.name}", types, *OPTIONS, *(["--lefthand"] if left else [])]
+            options = [f"--osm-files={source.name}", types, *OSM_OPTIONS, *(["--lefthand"] if left else [])]
             said = convert(options, DISPENSABLE, raw, map_file)
             net = ElementTree.fromstring(thin_out(give_extent(raw.read_text(encoding="utf-8"))).encode())
             lanes = [lane for lane in net_lanes(net) if not lane.internal]
@@ -105,4 +105,4 @@ def import_extract(
     except OSError as error:
         raise refusal(error, f"{out}: cannot be written") from None
     length_m = sum(float(stations(lane.points_m)[-1]) for lane in lanes)
-    return Net(target, len(lanes), length_m, tuple(mended), tuple(notes))
+    return ImportedExtract(target, len(lanes), length_m, tuple(mended), tuple(notes))

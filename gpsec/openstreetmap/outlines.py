@@ -4,14 +4,14 @@ They keep to the coasts and, on land, to within some 50 km of the borders; on is
 are missing. Which countries: ScienceAlert, "A Surprisingly Few Number of Countries Drive on The Left Side of The Road".
 """
 
-Outline = tuple[tuple[float, float], ...]
+CountryOutline = tuple[tuple[float, float], ...]
 
 
-def _box(west: float, south: float, east: float, north: float) -> Outline:
+def _box(west: float, south: float, east: float, north: float) -> CountryOutline:
     return (west, south), (east, south), (east, north), (west, north)
 
 
-LEFT_HAND: dict[str, Outline] = {
+LEFT_HAND: dict[str, CountryOutline] = {
     "Great Britain and Ireland": (
         (-6.5, 49.7), (-1.0, 50.3), (1.1, 50.75), (1.45, 51.05), (2.2, 52.4), (2.0, 53.5), (0.0, 55.5), (-0.3, 61.2),
         (-9.0, 61.2), (-11.0, 55.0), (-11.0, 51.0),

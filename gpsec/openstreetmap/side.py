@@ -9,7 +9,7 @@ from gpsec.openstreetmap.outlines import LEFT_HAND
 _CLEAR = 2
 
 
-def keeps_left(extract: Extract) -> tuple[bool, str]:
+def extract_keeps_left(extract: Extract) -> tuple[bool, str]:
     """Return whether traffic keeps left, and how one knows: from its roundabouts, which are drawn as they are driven.
 
     Without roundabouts, or where they disagree, the place counts.

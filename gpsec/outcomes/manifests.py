@@ -6,7 +6,7 @@ from typing import Any
 
 from gpsec.core.errors import GpsecError, shown
 from gpsec.outcomes.digests import DIGESTS
-from gpsec.outcomes.tables import MANIFEST
+from gpsec.types.constants import MANIFEST
 
 
 def read_manifest(folder: Path) -> dict[str, Any] | None:

@@ -6,7 +6,8 @@ from pathlib import Path
 
 from gpsec.core.errors import GpsecError, shown
 from gpsec.outcomes.digests import DIGESTS, table_digests
-from gpsec.outcomes.tables import MANIFEST, MAP, STEPS, TABLES, whole
+from gpsec.outcomes.tables import MAP, STEPS, TABLES, whole
+from gpsec.types.constants import MANIFEST
 
 
 def merge(folders: list[Path], out: Path) -> None:

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from gpsec.core.errors import GpsecError, shown
-from gpsec.outcomes.tables import MANIFEST
+from gpsec.types.constants import MANIFEST
 
 _Number = Annotated[float, Field(allow_inf_nan=False, ge=-1e15, le=1e15)]
 _Count = Annotated[int, Field(ge=0, le=2**53)]

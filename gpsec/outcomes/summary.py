@@ -17,9 +17,9 @@ from rich.text import Text
 
 from gpsec.outcomes.paper import TABLE_I, Detection, localization_like
 from gpsec.outcomes.state import OUTCOMES
-from gpsec.outcomes.tables import MANIFEST, read_table
+from gpsec.outcomes.tables import read_table
+from gpsec.types.constants import MANIFEST, UNDEFENDED
 
-UNDEFENDED = "never+none"
 # Bounds of every table; there is nothing in their precision and recall that is not known beforehand.
 _BOUNDS = {"oracle", "never"}
 _HEADING_WIDTH = 14

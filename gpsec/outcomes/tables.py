@@ -23,7 +23,6 @@ from gpsec.outcomes.study import Study
 TABLES = ("detection", "localization", "safety", "events", "vehicles", "curves", "error_bands", "places")
 # Those that grow with the number of vehicles.
 LARGE_TABLES = ("events", "vehicles", "places")
-MANIFEST = "manifest.json"
 STEPS = "steps.parquet"
 MAP = "map.geojson"
 # A day in steps of 0.1 s takes six digits, a position within a net seven to the centimetre.

@@ -1,27 +1,28 @@
 """Do the filters know how far off they are? NIS and NEES on honest traffic, for every profile."""
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
 import pandas as pd
 
-from gpsec.core.progress import Progress
+from gpsec.core.progress import Progress, Report
 from gpsec.outcomes.digests import DIGESTS, table_digests
-from gpsec.outcomes.tables import FLOAT_FORMAT, MANIFEST, whole
-from gpsec.pipeline.consistency import measure
+from gpsec.outcomes.tables import FLOAT_FORMAT, whole
+from gpsec.pipeline.consistency import measure_consistency
 from gpsec.pipeline.fingerprint import fingerprint
 from gpsec.scenario import Scenario
+from gpsec.types.constants import MANIFEST
 
 TABLE = "consistency.csv"
 
 
-def evaluate(scenario: Scenario, folder: Path, report: Callable[[Progress], None]) -> None:
+def evaluate(scenario: Scenario, folder: Path, report: Report) -> None:
     """Run a scenario of one profile without attacks and write `TABLE` into `folder`."""
     report(Progress(scenario.name, stage="comparing errors with covariances"))
     (profile,) = scenario.fleet.profile
-    found = measure(scenario, profile, scenario.duration_s or 0.0)
+    found = measure_consistency(scenario, profile, scenario.duration_s or 0.0)
     rows = [
         {"profile": profile, "filter": name, "quantity": quantity} | asdict(each) | {"consistent": each.consistent}
         for (name, quantity), each in found.items()

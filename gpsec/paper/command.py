@@ -1,25 +1,24 @@
 """`gpsec paper`: runs what is missing, and makes tables, figures and a page of it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import product
 from pathlib import Path
 
 import pandas as pd
 
-from gpsec.core.progress import Progress
+from gpsec.core.progress import Progress, Report
 from gpsec.outcomes.paper import TABLES_II_TO_IV
 from gpsec.outcomes.tables import whole
 from gpsec.paper import figures, manifest, page, pool, tables
 from gpsec.paper.benign import TABLE, evaluate, gather
 from gpsec.paper.pinning import pin
 from gpsec.paper.runs import Runs
-from gpsec.paper.studies import CONSTANT, CROWDED, EVALUATION, FURTHER_RATES, SET_UPS, STEALTH, TRAINING, Studies
+from gpsec.paper.studies import CONSTANT_BIAS, CROWDED, EVALUATION, FURTHER_RATES, SET_UPS, STEALTH, TRAINING, Studies
 from gpsec.paper.suite import run_missing
 
-Report = Callable[[Progress], None]
 # Folder of the runs, below that of the tables.
 RUNS = "runs"
-ATTACKS = {CONSTANT: CONSTANT, STEALTH: STEALTH}
+TABLE_ATTACKS = {CONSTANT_BIAS: CONSTANT_BIAS, STEALTH: STEALTH}
 
 
 def make(out: Path, studies: Studies, jobs: int, report: Report) -> None:
@@ -37,15 +36,15 @@ def make(out: Path, studies: Studies, jobs: int, report: Report) -> None:
         consistency.to_csv(partial, index=False, lineterminator="\n", encoding="utf-8")
     tables.write_pinned(runs.pinned, out / "pinned.csv")
     table_1 = table_one(runs)
-    tables.write(table_1, out / "table1.csv")
+    tables.write_table(table_1, out / "table1.csv")
     made = {1: table_1}
     for number, published in enumerate(TABLES_II_TO_IV, start=2):
-        made[number] = tables.localization_rows(published, pool.read(runs.of("main", published.profile), "events"))
-        tables.write(made[number], out / f"table{number}.csv")
+        made[number] = tables.localization_rows(published, pool.read_runs(runs.of("main", published.profile), "events"))
+        tables.write_table(made[number], out / f"table{number}.csv")
     report(Progress("tables", stage="drawing figures"))
-    drawn = figures.draw(runs, out / "figures")
-    page.write(out / "README.md", runs.pinned, made, consistency, drawn)
-    manifest.write(out / "manifest.json", runs)
+    drawn = figures.draw_figures(runs, out / "figures")
+    page.write_readme(out / "README.md", runs.pinned, made, consistency, drawn)
+    manifest.write_runs(out / "manifest.json", runs)
 
 
 def run_all(folder: Path, studies: Studies, jobs: int, report: Report) -> Runs:
@@ -57,27 +56,27 @@ def run_all(folder: Path, studies: Studies, jobs: int, report: Report) -> Runs:
     return Runs(pinned, {key: [folder / scenario.name for scenario in group] for key, group in groups.items()})
 
 
-def table_one(runs: Runs) -> list[tables.Row]:
+def table_one(runs: Runs) -> list[tables.PaperRow]:
     """Return Table I: set-ups and rates, roads of several lanes, generalisation."""
-    rows: list[tables.Row] = []
+    rows: list[tables.PaperRow] = []
     for profile, network in SET_UPS.items():
         label = f"{profile} on {network}"
-        rows += tables.detection_rows(tables.at(label), *_both(runs.of("main", profile)), ATTACKS)
+        rows += tables.detection_rows(tables.at(label), *_both(runs.of("main", profile)), TABLE_ATTACKS)
         rows += tables.detection_rows(
-            tables.at(label, matching="nearest"), *_both(runs.of("nearest", profile)), ATTACKS
+            tables.at(label, matching="nearest"), *_both(runs.of("nearest", profile)), TABLE_ATTACKS
         )
         for rate in FURTHER_RATES:
-            rows += tables.detection_rows(tables.at(label, rate), *_both(runs.of("rate", profile, rate)), ATTACKS)
+            rows += tables.detection_rows(tables.at(label, rate), *_both(runs.of("rate", profile, rate)), TABLE_ATTACKS)
     for matching, network in product(("tracked", "nearest"), CROWDED):
         events, vehicles = _both(runs.of("mixed", matching, network))
         for profile in SET_UPS:
             mine, theirs = events[events["profile"] == profile], vehicles[vehicles["profile"] == profile]
-            named = {attack: f"{attack}_{profile}" for attack in ATTACKS}
+            named = {attack: f"{attack}_{profile}" for attack in TABLE_ATTACKS}
             label = tables.at(f"{profile} on {network}", matching=matching)
             rows += tables.detection_rows(label, mine, theirs, named)
         rows += tables.alias_rows(f"{network} / {matching}", events)
     trained, unseen = (
-        pool.read([folder for network in networks for folder in runs.of("mixed", "tracked", network)], "events")
+        pool.read_runs([folder for network in networks for folder in runs.of("mixed", "tracked", network)], "events")
         for networks in (TRAINING, EVALUATION)
     )
     rows += tables.generalisation_rows(trained, unseen)
@@ -85,4 +84,4 @@ def table_one(runs: Runs) -> list[tables.Row]:
 
 
 def _both(folders: Sequence[Path]) -> tuple[pd.DataFrame, pd.DataFrame]:
-    return pool.read(folders, "events"), pool.read(folders, "vehicles")
+    return pool.read_runs(folders, "events"), pool.read_runs(folders, "vehicles")

@@ -16,7 +16,7 @@ BESIDE_S = 2.0
 JUNCTION, LANE_CHANGE, ROAD = "junction", "lane change", "road"
 
 
-def recall(run: Path, attack: str) -> dict[str, dict[str, Estimate]]:
+def recall_by_context(run: Path, attack: str) -> dict[str, dict[str, Estimate]]:
     """Return detector -> context -> share of the attacked steps that are in alarm, scored or not.
 
     A step belongs to the junction where its lane is inside one, else to a lane change within `BESIDE_S`, else to the

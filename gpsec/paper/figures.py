@@ -7,36 +7,34 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from gpsec.detection.models import MATCHINGS
 from gpsec.paper import contexts, pool, vehicle
-from gpsec.paper.plotting import COLOURS, Axes, canvas, curve
+from gpsec.paper.plotting import LINE_COLOURS, Axes, canvas, draw_curve
 from gpsec.paper.pool import Estimate
 from gpsec.paper.runs import Runs
 from gpsec.paper.studies import (
-    CONSTANT,
+    CONSTANT_BIAS,
     CONSUMER_BIASES_M,
     CROWDED,
     CURVE_DELTAS,
     DIRECTIONS_DEG,
     FURTHER_RATES,
     LANE_ALIAS,
-    NONE,
     PAPER,
-    RATE,
     SET_UPS,
     SLOW_STEALTH,
     STEALTH,
 )
 from gpsec.paper.tables import scored
-from gpsec.scenario.choices import BOUNDS
+from gpsec.scenario.choices import BOUNDS, DEFAULT_RATE
+from gpsec.types.constants import UNDEFENDED
 
 _DELTA_TICKS = (1.05, 1.2, 1.5, 2.0)
 # Where no false alarm is drawn on a logarithmic axis.
 _FEWEST = 0.02
-MODES = ("tracked", "nearest")
-UNDEFENDED = "+".join(NONE)
 
 
-def draw(runs: Runs, folder: Path) -> dict[str, str]:
+def draw_figures(runs: Runs, folder: Path) -> dict[str, str]:
     """Draw every figure into `folder`; return file name -> what it shows."""
     folder.mkdir(parents=True, exist_ok=True)
     drawn = {}
@@ -48,7 +46,7 @@ def draw(runs: Runs, folder: Path) -> dict[str, str]:
         drawn[f"trajectory_{profile}.png"] = (
             f"Estimated and true path of one vehicle, {profile} on {network} (the paper's Figures 6-8)."
         )
-        vehicle.trajectory(runs.one("logged", profile), CONSTANT, folder / f"trajectory_{profile}.png")
+        vehicle.trajectory(runs.one("logged", profile), CONSTANT_BIAS, folder / f"trajectory_{profile}.png")
     for name, (caption, draw_one) in _COMPARISONS.items():
         draw_one(runs, folder / name)
         drawn[name] = caption
@@ -58,15 +56,15 @@ def draw(runs: Runs, folder: Path) -> dict[str, str]:
 def _delta(runs: Runs, path: Path) -> None:
     with canvas(path, 3, len(SET_UPS)) as axes:
         for column, profile in enumerate(SET_UPS):
-            events = pool.read(runs.of("curves", profile), "events")
+            events = pool.read_runs(runs.of("curves", profile), "events")
             plans = [f"stealth_{delta:g}" for delta in CURVE_DELTAS]
             for name in scored(events):
                 found = [pool.detection(pool.of_detector(events, name, plan)) for plan in plans]
-                curve(axes[0, column], CURVE_DELTAS, [each["f1"] for each in found], name)
-                curve(axes[1, column], CURVE_DELTAS, [each["delay_mean_s"] for each in found], name)
+                draw_curve(axes[0, column], CURVE_DELTAS, [each["f1"] for each in found], name)
+                draw_curve(axes[1, column], CURVE_DELTAS, [each["delay_mean_s"] for each in found], name)
             for defence in (UNDEFENDED, *_responses(events)):
                 left = [pool.localization(pool.of_defence(events, defence, plan))["rmse_xy_m"] for plan in plans]
-                curve(axes[2, column], CURVE_DELTAS, left, defence)
+                draw_curve(axes[2, column], CURVE_DELTAS, left, defence)
             axes[0, column].set_title(f"{profile}, δ pinned at {runs.pinned.delta[profile]:g}")
             for row in range(3):
                 one = axes[row, column]
@@ -81,16 +79,16 @@ def _delta(runs: Runs, path: Path) -> None:
 def _direction(runs: Runs, path: Path) -> None:
     with canvas(path, 2, len(SET_UPS)) as axes:
         for column, profile in enumerate(SET_UPS):
-            events = pool.read(runs.of("curves", profile), "events")
+            events = pool.read_runs(runs.of("curves", profile), "events")
             plans = [f"direction_{degrees:g}" for degrees in DIRECTIONS_DEG]
             for name in scored(events):
                 found = [pool.detection(pool.of_detector(events, name, plan))["recall"] for plan in plans]
-                curve(axes[0, column], DIRECTIONS_DEG, found, name)
+                draw_curve(axes[0, column], DIRECTIONS_DEG, found, name)
             for defence in (UNDEFENDED, "+".join(PAPER)):
                 mine = [pool.localization(pool.of_defence(events, defence, plan)) for plan in plans]
                 for kind, line in (("cross", "-"), ("along", "--")):
                     errors = [each[f"rmse_{kind}_track_m"] for each in mine]
-                    curve(axes[1, column], DIRECTIONS_DEG, errors, f"{defence}, {kind}-track", line)
+                    draw_curve(axes[1, column], DIRECTIONS_DEG, errors, f"{defence}, {kind}-track", line)
             axes[0, column].set_title(f"{profile}, bias {runs.pinned.bias_m[profile]:g} m")
             axes[1, column].set_xlabel("direction from the lane's (°)")
         _label(axes, ("recall", "RMSE (m)"))
@@ -99,8 +97,8 @@ def _direction(runs: Runs, path: Path) -> None:
 def _alias(runs: Runs, path: Path) -> None:
     with canvas(path, 2, len(CROWDED)) as axes:
         for column, network in enumerate(CROWDED):
-            for place, matching in enumerate(MODES):
-                events = pool.read(runs.of("mixed", matching, network), "events")
+            for place, matching in enumerate(MATCHINGS):
+                events = pool.read_runs(runs.of("mixed", matching, network), "events")
                 detected, left = {}, {}
                 for profile in SET_UPS:
                     mine = events[events["profile"] == profile]
@@ -108,14 +106,14 @@ def _alias(runs: Runs, path: Path) -> None:
                     attacked = pool.of_defence(mine, "+".join(PAPER), LANE_ALIAS)
                     out = attacked["outcome"].isin(["out_of_lane", "wrong_way", "off_road"])
                     left[profile] = pool.share(attacked, out)
-                _bars(axes[0, column], detected, place, len(MODES), matching)
-                _bars(axes[1, column], left, place, len(MODES), matching)
+                _bars(axes[0, column], detected, place, len(MATCHINGS), matching)
+                _bars(axes[1, column], left, place, len(MATCHINGS), matching)
             axes[0, column].set_title(network)
         _label(axes, (f"recall, {PAPER[0]}", f"out of lane, {'+'.join(PAPER)}"))
 
 
 def _consumer(runs: Runs, path: Path) -> None:
-    events = pool.read(runs.of("consumer"), "events")
+    events = pool.read_runs(runs.of("consumer"), "events")
     plans = {f"{bias:g} m": f"constant_{bias:g}" for bias in CONSUMER_BIASES_M} | {"stealth 1.05": SLOW_STEALTH}
     with canvas(path, 1, 2) as axes:
         names = scored(events)
@@ -129,8 +127,8 @@ def _consumer(runs: Runs, path: Path) -> None:
 
 def _places(runs: Runs, path: Path) -> None:
     with canvas(path, 1, 2) as axes:
-        for column, attack in enumerate((CONSTANT, STEALTH)):
-            found = contexts.recall(runs.one("places"), attack)
+        for column, attack in enumerate((CONSTANT_BIAS, STEALTH)):
+            found = contexts.recall_by_context(runs.one("places"), attack)
             for place, (name, by_context) in enumerate(found.items()):
                 _bars(axes[0, column], by_context, place, len(found), name)
             axes[0, column].set_title(attack)
@@ -138,13 +136,13 @@ def _places(runs: Runs, path: Path) -> None:
 
 
 def _rates(runs: Runs, path: Path) -> None:
-    attacks = (CONSTANT, STEALTH, SLOW_STEALTH)
+    attacks = (CONSTANT_BIAS, STEALTH, SLOW_STEALTH)
     with canvas(path, len(attacks), len(SET_UPS)) as axes:
         for column, profile in enumerate(SET_UPS):
             points: dict[str, dict[str, list[tuple[float, float]]]] = {}
-            for rate in (RATE, *FURTHER_RATES):
-                folders = runs.of("main", profile) if rate == RATE else runs.of("rate", profile, rate)
-                events, vehicles = pool.read(folders, "events"), pool.read(folders, "vehicles")
+            for rate in (DEFAULT_RATE, *FURTHER_RATES):
+                folders = runs.of("main", profile) if rate == DEFAULT_RATE else runs.of("rate", profile, rate)
+                events, vehicles = pool.read_runs(folders, "events"), pool.read_runs(folders, "vehicles")
                 for name in scored(events):
                     alarms = pool.false_alarms(vehicles, name)
                     for attack in attacks:
@@ -155,7 +153,7 @@ def _rates(runs: Runs, path: Path) -> None:
                 for name, line in points.get(attack, {}).items():
                     x, y = np.array(sorted(line)).T
                     axes[row, column].plot(
-                        np.maximum(x, _FEWEST), y, "o-", color=COLOURS(name), label=name, markersize=3
+                        np.maximum(x, _FEWEST), y, "o-", color=LINE_COLOURS(name), label=name, markersize=3
                     )
                 axes[row, column].set_xscale("log")
                 axes[row, column].set_title(f"{profile}, {attack}")
@@ -172,15 +170,15 @@ def _precision_recall(runs: Runs, path: Path) -> None:
 
 
 def _curves(runs: Runs, path: Path, columns: tuple[str, str], *, log: bool) -> None:
-    attacks = (CONSTANT, STEALTH, SLOW_STEALTH)
+    attacks = (CONSTANT_BIAS, STEALTH, SLOW_STEALTH)
     with canvas(path, len(attacks), len(SET_UPS)) as axes:
         for column, profile in enumerate(SET_UPS):
-            table = pool.read(runs.of("main", profile)[:1], "curves")
+            table = pool.read_runs(runs.of("main", profile)[:1], "curves")
             for row, attack in enumerate(attacks):
                 one = axes[row, column]
                 for name in (name for name in table["detector"].unique() if name not in BOUNDS):
                     line = table[(table["attack"] == attack) & (table["detector"] == name)]
-                    one.plot(line[columns[0]], line[columns[1]], color=COLOURS(name), label=name, linewidth=1.2)
+                    one.plot(line[columns[0]], line[columns[1]], color=LINE_COLOURS(name), label=name, linewidth=1.2)
                 one.set_title(f"{profile}, {attack}")
                 if log:
                     one.set_xscale("log")
@@ -214,7 +212,7 @@ def _bars(axes: Axes, values: Mapping[str, Estimate], place: int, of: int, label
     height = [each.value or 0.0 for each in values.values()]
     low = [max((each.value or 0.0) - (each.low or 0.0), 0.0) for each in values.values()]
     high = [max((each.high or 0.0) - (each.value or 0.0), 0.0) for each in values.values()]
-    axes.bar(at, height, width, yerr=[low, high], label=label, color=COLOURS(label), error_kw={"linewidth": 0.8})
+    axes.bar(at, height, width, yerr=[low, high], label=label, color=LINE_COLOURS(label), error_kw={"linewidth": 0.8})
     axes.set_xticks(np.arange(len(values)), list(values))
 
 

@@ -6,8 +6,9 @@ from dataclasses import astuple, dataclass
 import pandas as pd
 
 from gpsec.outcomes.paper import TABLE_I, TABLES_II_TO_IV
-from gpsec.paper.studies import CONSTANT, RATE, SET_UPS, SLOW_STEALTH, STEALTH
-from gpsec.paper.tables import LEARNED, METRICS, Row, at
+from gpsec.paper.studies import CONSTANT_BIAS, SET_UPS, SLOW_STEALTH, STEALTH
+from gpsec.paper.tables import LEARNED, METRICS, PaperRow, at
+from gpsec.scenario.choices import DEFAULT_RATE
 
 _MOST_F1_DROP = 0.02
 _BOUNDS = {"precision": "at least", "recall": "at least", "f1": "at least", "delay_mean_s": "at most"}
@@ -25,7 +26,7 @@ class Goal:
     met: bool
 
 
-def goals(tables: Mapping[int, Sequence[Row]], consistency: pd.DataFrame) -> list[Goal]:
+def goals(tables: Mapping[int, Sequence[PaperRow]], consistency: pd.DataFrame) -> list[Goal]:
     """Return all goals with what the tables say of them."""
     return [
         *_detection(_index(tables[1])),
@@ -42,24 +43,24 @@ def _consistent(table: pd.DataFrame) -> Iterator[Goal]:
         yield Goal(f"{name}, {profile}: within the 95 % bounds", "2", found, bool(rows["consistent"].all()))
 
 
-def _index(rows: Sequence[Row]) -> dict[tuple[str, str], Row]:
+def _index(rows: Sequence[PaperRow]) -> dict[tuple[str, str], PaperRow]:
     return {(row.row, row.metric): row for row in rows}
 
 
-def _detection(rows: Mapping[tuple[str, str], Row]) -> Iterator[Goal]:
+def _detection(rows: Mapping[tuple[str, str], PaperRow]) -> Iterator[Goal]:
     for profile, network in SET_UPS.items():
         label = at(f"{profile} on {network}")
-        for attack in (CONSTANT, STEALTH):
+        for attack in (CONSTANT_BIAS, STEALTH):
             published = TABLE_I[attack, LEARNED]
             for metric, figure in zip(METRICS, astuple(published), strict=True):
                 row = rows[f"{label} / {attack} / {LEARNED}", metric]
                 bound = _BOUNDS[metric]
                 yield _goal(f"{LEARNED}, {profile}, {attack}: {metric}", bound, figure, row)
-            for rate in (RATE, "1/h", "0.1/h"):
+            for rate in (DEFAULT_RATE, "1/h", "0.1/h"):
                 lead = rows[f"{at(f'{profile} on {network}', rate)} / {attack} / {LEARNED} − best baseline", "f1"]
                 what = f"F1 of the {LEARNED} minus the best baseline's, {profile}, {attack}, {rate}"
                 yield Goal(what, "interval above 0", _with_interval(lead), lead.lo is not None and lead.lo > 0.0)
-        for attack in (CONSTANT, STEALTH):
+        for attack in (CONSTANT_BIAS, STEALTH):
             row = rows[f"generalisation / {profile} / {attack} / {LEARNED}", "f1_drop"]
             met = row.gpsec is not None and row.gpsec < _MOST_F1_DROP
             yield Goal(
@@ -67,15 +68,15 @@ def _detection(rows: Mapping[tuple[str, str], Row]) -> Iterator[Goal]:
             )
 
 
-def _localization(tables: Mapping[int, Sequence[Row]]) -> Iterator[Goal]:
+def _localization(tables: Mapping[int, Sequence[PaperRow]]) -> Iterator[Goal]:
     for number, published in enumerate(TABLES_II_TO_IV, start=2):
         rows = _index(tables[number])
         for defence in (f"{LEARNED}+ukf", "oracle+ukf", f"{LEARNED}+ukf5_rollback"):
-            row = rows[f"{CONSTANT} / {defence}", "rmse_xy_m"]
+            row = rows[f"{CONSTANT_BIAS} / {defence}", "rmse_xy_m"]
             yield _goal(f"RMSE xy, {published.profile}, {defence}", "at most", published.mitigated_m[2], row)
 
 
-def _responses(rows: Mapping[tuple[str, str], Row]) -> Iterator[Goal]:
+def _responses(rows: Mapping[tuple[str, str], PaperRow]) -> Iterator[Goal]:
     for attack in (STEALTH, SLOW_STEALTH):
         before = rows[f"{attack} / {LEARNED}+ukf", "rmse_xy_m"]
         after = rows[f"{attack} / {LEARNED}+ukf5_rollback", "rmse_xy_m"]
@@ -87,13 +88,13 @@ def _responses(rows: Mapping[tuple[str, str], Row]) -> Iterator[Goal]:
         )
 
 
-def _goal(what: str, bound: str, wanted: float, row: Row) -> Goal:
+def _goal(what: str, bound: str, wanted: float, row: PaperRow) -> Goal:
     found = None if row.gpsec is None else round(row.gpsec, _DECIMALS[row.metric])
     met = found is not None and (found <= wanted if bound == "at most" else found >= wanted)
     return Goal(what, f"{bound} {wanted:g}", _with_interval(row), met)
 
 
-def _with_interval(row: Row) -> str:
+def _with_interval(row: PaperRow) -> str:
     if row.gpsec is None:
         return "undefined"
     interval = "" if row.lo is None or row.hi is None else f" ({row.lo:.3g} to {row.hi:.3g})"

@@ -3,15 +3,16 @@
 import json
 from pathlib import Path
 
-from gpsec.outcomes.tables import MANIFEST, whole
+from gpsec.outcomes.tables import whole
 from gpsec.paper.pool import BOOTSTRAP
 from gpsec.paper.runs import Runs
+from gpsec.types.constants import MANIFEST
 
 # Of the manifest of each run: what it was, not what it cost.
 _KEPT = ("scenario", "seed", "fingerprint", "configuration", "steps", "vehicles", "vehicle_steps")
 
 
-def write(path: Path, runs: Runs) -> None:
+def write_runs(path: Path, runs: Runs) -> None:
     """Write what was pinned, how intervals were made, and the configuration of every run."""
     stated = {
         folder.name: json.loads((folder / MANIFEST).read_text(encoding="utf-8"))

@@ -19,7 +19,7 @@ from gpsec.paper.studies import (
     TRAINING,
     Pinned,
 )
-from gpsec.paper.tables import Row
+from gpsec.paper.tables import PaperRow
 
 _TITLES = {
     1: "Table I: detection",
@@ -29,10 +29,10 @@ _TITLES = {
 }
 
 
-def write(
+def write_readme(
     path: Path,
     pinned: Pinned,
-    tables: Mapping[int, Sequence[Row]],
+    tables: Mapping[int, Sequence[PaperRow]],
     consistency: pd.DataFrame,
     figures: Mapping[str, str],
 ) -> None:
@@ -105,7 +105,7 @@ def _figures(figures: Mapping[str, str]) -> Iterator[str]:
         yield ""
 
 
-def _table(rows: Iterable[Row]) -> Iterator[str]:
+def _table(rows: Iterable[PaperRow]) -> Iterator[str]:
     yield "| row | metric | paper | gpsec | 95 % interval | n |"
     yield "|---|---|---|---|---|---|"
     for row in rows:

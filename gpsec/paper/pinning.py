@@ -23,7 +23,7 @@ def pin(runs: Sequence[Path]) -> Pinned:
     Raises:
         GpsecError: no δ gives the paper's delay.
     """
-    events = pool.read(runs, "events")
+    events = pool.read_runs(runs, "events")
     delta, bias_m = {}, {}
     for profile in SET_UPS:
         mine = events[events["profile"] == profile]

@@ -34,7 +34,7 @@ class _Colours:
         return self._given.setdefault(name, len(self._given))
 
 
-COLOURS = _Colours()
+LINE_COLOURS = _Colours()
 
 
 @contextmanager
@@ -54,22 +54,24 @@ def canvas(path: Path, rows: int, columns: int, size: tuple[float, float] = (3.6
         figure.legend(
             legend.values(), legend.keys(), loc="outside lower center", ncols=min(len(legend), 5), frameon=False
         )
-    save(figure, path)
+    save_picture(figure, path)
 
 
-def save(figure: Figure, path: Path) -> None:
+def save_picture(figure: Figure, path: Path) -> None:
     """Write a picture whose bytes say nothing of when it was made."""
     with whole(path) as partial:
         figure.savefig(partial, format="png", dpi=110, metadata={"Software": None})
 
 
-def curve(axes: Axes, x: Sequence[float], found: Sequence[Estimate], label: str, line: str = "") -> None:
+def draw_curve(axes: Axes, x: Sequence[float], found: Sequence[Estimate], label: str, line: str = "") -> None:
     """Draw estimates with their intervals as a band; what is undefined leaves a gap."""
     value, low, high = (
         np.array([np.nan if part is None else part for part in parts], np.float64)
         for parts in zip(*((each.value, each.low, each.high) for each in found), strict=True)
     )
     name = label.partition(",")[0]
-    colour = COLOURS(name)
-    axes.plot(x, value, line or COLOURS.line(name), color=colour, label=label, linewidth=1.3, marker=".", markersize=4)
+    colour = LINE_COLOURS(name)
+    axes.plot(
+        x, value, line or LINE_COLOURS.line(name), color=colour, label=label, linewidth=1.3, marker=".", markersize=4
+    )
     axes.fill_between(x, low, high, color=colour, alpha=0.15, linewidth=0)

@@ -29,7 +29,7 @@ class Estimate:
     n: int
 
 
-def read(folders: Sequence[Path], table: str) -> pd.DataFrame:
+def read_runs(folders: Sequence[Path], table: str) -> pd.DataFrame:
     """Return a table of several runs, one after the other; `run` names the run of each row."""
     parts = [read_table(folder, table).assign(run=folder.name) for folder in folders]
     return pd.concat(parts, ignore_index=True)

@@ -13,7 +13,7 @@ from typing import Any
 from gpsec.localization.registry import RESPONSES
 from gpsec.outcomes.paper import TABLES_II_TO_IV
 from gpsec.scenario import Scenario, load_scenario
-from gpsec.scenario.choices import detectors
+from gpsec.scenario.choices import DEFAULT_RATE, detectors
 
 # Sensor profile -> the network of ours that is like the paper's set-up.
 SET_UPS = {table.profile: table.scenarios[0] for table in TABLES_II_TO_IV}
@@ -27,7 +27,6 @@ SEEDS = (101, 102, 103)
 # is seen behind it, so that mean delays would tell of junctions.
 PIN_NETWORK, PIN_SEEDS = "mountain", (99, 100)
 
-RATE = "1e-3/sample"
 FURTHER_RATES = ("1e-4/sample", "1/h", "0.1/h")
 
 # Stealth (Eqs 8-9): γ is stated, far below any sensor's noise; δ is pinned. The slow one is for what a filter absorbs.
@@ -38,9 +37,9 @@ CURVE_DELTAS = (1.03, 1.05, 1.1, 1.15, 1.2, 1.3, 1.5, 2.0)
 DIRECTIONS_DEG = (0, 15, 30, 45, 60, 90)
 CONSUMER_BIASES_M = (2.4, 5.0, 10.0)
 
-CONSTANT, STEALTH, SLOW_STEALTH, LANE_ALIAS = "constant_bias", "stealth", "slow_stealth", "lane_alias"
+CONSTANT_BIAS, STEALTH, SLOW_STEALTH, LANE_ALIAS = "constant_bias", "stealth", "slow_stealth", "lane_alias"
 
-Plan = dict[str, Any]
+PlanTable = dict[str, Any]
 # What a set of runs is for: a word, then profile and rate, or matching and network.
 Group = tuple[str, ...]
 NONE = ("never", "none")
@@ -70,17 +69,17 @@ def target_m(profile: str) -> float:
     return float((x * x + y * y) ** 0.5)
 
 
-def constant(bias_m: float, name: str = CONSTANT, direction_deg: float = 90.0) -> Plan:
+def constant(bias_m: float, name: str = CONSTANT_BIAS, direction_deg: float = 90.0) -> PlanTable:
     """Return a plan of a constant bias in the lane's frame (Eq 7), to the left or to the right."""
     return _plan("constant_bias", name, bias_m=float(bias_m), direction_deg=float(direction_deg))
 
 
-def stealth(delta: float, name: str = STEALTH) -> Plan:
+def stealth(delta: float, name: str = STEALTH) -> PlanTable:
     """Return a plan of stealth across the lane (Eqs 8-9)."""
     return _plan("stealth", name, gamma_m=GAMMA_M, delta=float(delta))
 
 
-def _plan(attack: str, name: str, **parameters: float) -> Plan:
+def _plan(attack: str, name: str, **parameters: float) -> PlanTable:
     return {"attack": attack, "name": name, "share": 1.0} | parameters
 
 
@@ -231,10 +230,10 @@ class Studies:
         network: str,
         profile: str | Mapping[str, float],
         seed: int,
-        plans: Sequence[Plan],
+        plans: Sequence[PlanTable],
         defences: Sequence[tuple[str, str]],
         *,
-        rate: str = RATE,
+        rate: str = DEFAULT_RATE,
         matching: str = "tracked",
         duration_s: float | None = None,
         equipped_share: float = 1.0,
@@ -262,9 +261,9 @@ def _thirds() -> dict[str, float]:
     return dict.fromkeys(SET_UPS, 1.0 / len(SET_UPS))
 
 
-def _pinned_plans(pinned: Pinned, profile: str, suffix: str = "") -> list[Plan]:
+def _pinned_plans(pinned: Pinned, profile: str, suffix: str = "") -> list[PlanTable]:
     return [
-        constant(pinned.bias_m[profile], f"{CONSTANT}{suffix}"),
+        constant(pinned.bias_m[profile], f"{CONSTANT_BIAS}{suffix}"),
         stealth(pinned.delta[profile], f"{STEALTH}{suffix}"),
     ]
 

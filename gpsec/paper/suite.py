@@ -1,9 +1,9 @@
 """Runs what is missing of a set of scenarios."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
-from gpsec.core.progress import Progress
+from gpsec.core.progress import Report
 from gpsec.running.workers import Run, run_scenarios
 from gpsec.scenario import Scenario
 
@@ -12,7 +12,7 @@ def run_missing(
     scenarios: Sequence[Scenario],
     folder: Path,
     jobs: int,
-    report: Callable[[Progress], None],
+    report: Report,
     run: Run | None = None,
 ) -> list[Path]:
     """Run every scenario into ``folder/<name>`` unless it is there already; return the folders in their order.

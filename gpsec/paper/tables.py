@@ -10,14 +10,15 @@ from gpsec.outcomes.paper import TABLE_I, Localization
 from gpsec.outcomes.tables import FLOAT_FORMAT, whole
 from gpsec.paper import pool
 from gpsec.paper.pool import Estimate
-from gpsec.paper.studies import CONSTANT, LANE_ALIAS, NONE, PAPER, RATE, SET_UPS, SLOW_STEALTH, STEALTH, Pinned
+from gpsec.paper.studies import CONSTANT_BIAS, LANE_ALIAS, NONE, PAPER, SET_UPS, SLOW_STEALTH, STEALTH, Pinned
+from gpsec.scenario.choices import DEFAULT_RATE
 
 LEARNED = "lstm"
 METRICS = ("precision", "recall", "f1", "delay_mean_s")
 
 
 @dataclass(frozen=True)
-class Row:
+class PaperRow:
     """A line of a table: `paper` is None where the paper says nothing of it."""
 
     row: str
@@ -29,9 +30,9 @@ class Row:
     n: int
 
 
-def write(rows: Iterable[Row], path: Path) -> None:
+def write_table(rows: Iterable[PaperRow], path: Path) -> None:
     """Write rows as CSV."""
-    columns = [field.name for field in fields(Row)]
+    columns = [field.name for field in fields(PaperRow)]
     table = pd.DataFrame([astuple(row) for row in rows], columns=columns)
     with whole(path) as partial:
         table.to_csv(partial, index=False, float_format=FLOAT_FORMAT, lineterminator="\n", encoding="utf-8")
@@ -46,7 +47,9 @@ def write_pinned(pinned: Pinned, path: Path) -> None:
         table.to_csv(partial, index=False, lineterminator="\n", encoding="utf-8")
 
 
-def detection_rows(label: str, events: pd.DataFrame, vehicles: pd.DataFrame, attacks: Mapping[str, str]) -> list[Row]:
+def detection_rows(
+    label: str, events: pd.DataFrame, vehicles: pd.DataFrame, attacks: Mapping[str, str]
+) -> list[PaperRow]:
     """Return the rows of Table I's form from tables of runs; `attacks` is attack of the paper -> plan of the runs."""
     detectors = scored(events)
     rows = []
@@ -67,7 +70,7 @@ def detection_rows(label: str, events: pd.DataFrame, vehicles: pd.DataFrame, att
     return rows
 
 
-def localization_rows(table: Localization, events: pd.DataFrame) -> list[Row]:
+def localization_rows(table: Localization, events: pd.DataFrame) -> list[PaperRow]:
     """Return the rows of Tables II to IV's form: every attack under every defence.
 
     The paper has one response; its figures stand beside that, behind its detector and behind the truth, and beside
@@ -79,19 +82,19 @@ def localization_rows(table: Localization, events: pd.DataFrame) -> list[Row]:
         f"oracle+{PAPER[1]}": table.mitigated_m,
     }
     rows = []
-    for attack in (CONSTANT, STEALTH, SLOW_STEALTH):
+    for attack in (CONSTANT_BIAS, STEALTH, SLOW_STEALTH):
         for defence in events["defence"].unique():
             mine = pool.of_defence(events, defence, attack)
-            theirs = published.get(defence) if attack == CONSTANT else None
+            theirs = published.get(defence) if attack == CONSTANT_BIAS else None
             names = dict(zip(pool.ERRORS, theirs, strict=False)) if theirs else {}
             rows += _rows(f"{attack} / {defence}", pool.localization(mine), names)
     return rows
 
 
-def generalisation_rows(training: pd.DataFrame, evaluation: pd.DataFrame) -> Iterator[Row]:
+def generalisation_rows(training: pd.DataFrame, evaluation: pd.DataFrame) -> Iterator[PaperRow]:
     """Yield the F1 on the networks that detectors were trained on (other seeds), on others, and the drop."""
     for profile in SET_UPS:
-        for attack in (CONSTANT, STEALTH):
+        for attack in (CONSTANT_BIAS, STEALTH):
             for name in scored(training):
                 scores = {}
                 for where, events in (("training", training), ("evaluation", evaluation)):
@@ -101,10 +104,10 @@ def generalisation_rows(training: pd.DataFrame, evaluation: pd.DataFrame) -> Ite
                 yield from _rows(label, {f"f1_{where}_networks": score for where, score in scores.items()})
                 here, there = scores["training"].value, scores["evaluation"].value
                 drop = here - there if here is not None and there is not None else None
-                yield Row(label, "f1_drop", None, drop, None, None, scores["evaluation"].n)
+                yield PaperRow(label, "f1_drop", None, drop, None, None, scores["evaluation"].n)
 
 
-def alias_rows(label: str, events: pd.DataFrame) -> Iterator[Row]:
+def alias_rows(label: str, events: pd.DataFrame) -> Iterator[PaperRow]:
     """Yield what is seen of a bias of one lane width."""
     for profile in SET_UPS:
         for name in scored(events):
@@ -112,9 +115,9 @@ def alias_rows(label: str, events: pd.DataFrame) -> Iterator[Row]:
             yield from _rows(f"{label} / {profile} / {LANE_ALIAS} / {name}", pool.detection(mine))
 
 
-def _rows(label: str, figures: Mapping[str, Estimate], published: Mapping[str, float] | None = None) -> list[Row]:
+def _rows(label: str, figures: Mapping[str, Estimate], published: Mapping[str, float] | None = None) -> list[PaperRow]:
     return [
-        Row(label, metric, (published or {}).get(metric), found.value, found.low, found.high, found.n)
+        PaperRow(label, metric, (published or {}).get(metric), found.value, found.low, found.high, found.n)
         for metric, found in figures.items()
     ]
 
@@ -124,6 +127,6 @@ def scored(events: pd.DataFrame) -> Sequence[str]:
     return [name for name in events["detector"].unique() if name not in ("never", "oracle")]
 
 
-def at(label: str, rate: str = RATE, matching: str = "tracked") -> str:
+def at(label: str, rate: str = DEFAULT_RATE, matching: str = "tracked") -> str:
     """Return the label of rows of one operating point."""
     return f"{label} / {matching} / {rate}"

@@ -10,12 +10,13 @@ from pyarrow import parquet
 
 from gpsec.core.errors import GpsecError
 from gpsec.hdmap.map import load_map
-from gpsec.outcomes.tables import MANIFEST, STEPS, read_table
-from gpsec.paper.plotting import COLOURS, canvas
+from gpsec.outcomes.tables import STEPS, read_table
+from gpsec.paper.plotting import LINE_COLOURS, canvas
 from gpsec.paper.studies import NONE, PAPER
 from gpsec.scenario import Scenario
 from gpsec.scenario.choices import BOUNDS
 from gpsec.scenario.traffic import sumo_options
+from gpsec.types.constants import MANIFEST
 
 # Shown before and after the attack.
 _MARGIN_S = 8.0
@@ -34,7 +35,7 @@ def statistics(run: Path, attack: str, path: Path) -> None:
         axes[0, 0].plot(time_s, log["residual_m"], color="0.2", linewidth=0.9)
         axes[0, 0].set_ylabel("residual (m)")
         for row, name in enumerate(names, start=1):
-            axes[row, 0].plot(time_s, log[f"{name}_statistic"], color=COLOURS(name), linewidth=1.0, label=name)
+            axes[row, 0].plot(time_s, log[f"{name}_statistic"], color=LINE_COLOURS(name), linewidth=1.0, label=name)
             axes[row, 0].axhline(thresholds[name], color="0.2", linestyle="--", linewidth=0.8)
             axes[row, 0].set_yscale("symlog", linthresh=max(thresholds[name], 1e-3))
             axes[row, 0].set_ylim(bottom=0.0)
@@ -52,7 +53,7 @@ def trajectory(run: Path, attack: str, path: Path) -> None:
         whole_way, part = axes[0]
         _lanes(run, log, whole_way)
         for name in defences:
-            whole_way.plot(log[f"{name}_x_m"], log[f"{name}_y_m"], color=COLOURS(name), label=name, linewidth=1.2)
+            whole_way.plot(log[f"{name}_x_m"], log[f"{name}_y_m"], color=LINE_COLOURS(name), label=name, linewidth=1.2)
         whole_way.plot(log["x_m"], log["y_m"], color="black", linestyle=":", label="truth", linewidth=1.4)
         whole_way.set_aspect("equal", "datalim")
         whole_way.set_xlabel("east (m)")
@@ -60,7 +61,7 @@ def trajectory(run: Path, attack: str, path: Path) -> None:
         since_s = log["time_s"] - log["time_s"].iloc[0]
         for name in defences:
             error = np.hypot(log[f"{name}_x_m"] - log["x_m"], log[f"{name}_y_m"] - log["y_m"])
-            part.plot(since_s, error, color=COLOURS(name), label=name, linewidth=1.2)
+            part.plot(since_s, error, color=LINE_COLOURS(name), label=name, linewidth=1.2)
         part.set_xlabel("time since the attack began (s)")
         part.set_ylabel("distance from the truth (m)")
 

@@ -107,7 +107,7 @@ class _Watching(BatchedMethod):
                 self.ledger.add_innovations(name, self.filters.innovation[chosen[fresh], leader[fresh]], who[fresh])
 
 
-def measure(scenario: Scenario, profile: str, duration_s: float) -> dict[tuple[str, str], Consistency]:
+def measure_consistency(scenario: Scenario, profile: str, duration_s: float) -> dict[tuple[str, str], Consistency]:
     """Return, for each filter and quantity, what honest traffic of one sensor profile gives."""
     defences = [*TRUSTING.values(), *ISOLATED.values()]
     honest = scenario.model_copy(
@@ -153,7 +153,7 @@ def main(arguments: Sequence[str]) -> None:
         "profile     filter          quantity          mean   95 % interval     expected  chi-square bounds  vehicles"
     )
     for profile in arguments[1:] or list(PROFILES):
-        for (name, quantity), found in measure(scenario, profile, scenario.duration_s or 180.0).items():
+        for (name, quantity), found in measure_consistency(scenario, profile, scenario.duration_s or 180.0).items():
             bounds = f"{found.bound_lo:.2f} … {found.bound_hi:.2f}" if found.freedom else ""
             print(
                 f"{profile:<12}{name:<16}{quantity:<18}{found.mean:6.3f}  {found.lo:6.3f} … {found.hi:6.3f}"

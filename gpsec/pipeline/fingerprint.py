@@ -71,7 +71,7 @@ def fingerprint(scenario: Scenario) -> str:
 
 def _outside(scenario: Scenario) -> Iterator[str]:
     """Yield the digests of the parts from outside gpsec: those that the scenario names, and installed ones in use."""
-    yield from (parts.digest(reference) for reference in scenario.parts)
+    yield from (parts.part_digest(reference) for reference in scenario.parts)
     used: tuple[tuple[Registry[Any], Iterable[str]], ...] = (
         (ATTACKS, [plan.attack for plan in scenario.plans]),
         (DETECTORS, [*scenario.detection.detectors, *(defence.detector for defence in scenario.defences)]),

@@ -8,10 +8,11 @@ import numpy as np
 
 from gpsec.core.arrays import Floats, Ints
 from gpsec.core.errors import GpsecError, nearest, shown
+from gpsec.core.progress import Report
 from gpsec.outcomes.state import OUT_OF_LANE, OutcomeState
 from gpsec.outcomes.study import Study
 from gpsec.outcomes.view import StepView
-from gpsec.pipeline.run import Report, run_scenario
+from gpsec.pipeline.run import run_scenario
 from gpsec.scenario import Scenario
 from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.remote import RemoteSession

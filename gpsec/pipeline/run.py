@@ -13,7 +13,7 @@ from gpsec.attacks.plans import NO_ATTACK
 from gpsec.core.arrays import Ints
 from gpsec.core.errors import GpsecError, shown
 from gpsec.core.kernels import load
-from gpsec.core.progress import Progress
+from gpsec.core.progress import Progress, Report
 from gpsec.core.stopwatch import Stopwatch
 from gpsec.core.threads import Threads
 from gpsec.detection.watchers import Watchers
@@ -38,8 +38,6 @@ from gpsec.traffic.zones import ZoneSource
 from gpsec.types.method import Method
 from gpsec.types.tracks import SAMPLE_S
 from gpsec.types.vehicles import Identity
-
-Report = Callable[[Progress], None]
 
 
 class Traffic(TrafficSource, ZoneSource, AbstractContextManager["Traffic"], Protocol):

@@ -9,11 +9,11 @@ import pandas as pd
 from gpsec import __version__
 from gpsec.report.comparison import FALSE_ALARMS, comparison, pairs
 from gpsec.report.figure_data import Figure, Series, colours, group_name
-from gpsec.report.figures import UNDEFENDED
 from gpsec.report.formatting import figure, interval
-from gpsec.report.page import render, write
-from gpsec.report.tables import Cell, Row, Table
+from gpsec.report.page import render, write_page
+from gpsec.report.tables import ReportTable, TableCell, TableRow
 from gpsec.running.results import Results
+from gpsec.types.constants import UNDEFENDED
 
 COMPARISON = "comparison.html"
 
@@ -44,7 +44,7 @@ def write_comparison(first: Results, second: Results, path: Path | None = None) 
         version=__version__,
     )
     target = path or second.folder / COMPARISON
-    write(target, page)
+    write_page(target, page)
     return target
 
 
@@ -78,22 +78,22 @@ def _figure(found: pd.DataFrame) -> Figure:
     )
 
 
-def _tables(found: pd.DataFrame) -> list[Table]:
+def _tables(found: pd.DataFrame) -> list[ReportTable]:
     headings = ["attack", "defence", "figure", "vehicles", "first run", "second run", "difference"]
-    grouped: dict[str, list[Row]] = {}
+    grouped: dict[str, list[TableRow]] = {}
     for row in found.to_dict("records"):
         cells = [
-            Cell(str(row["figure"])),
-            Cell(str(row["n_vehicles"])),
-            Cell(figure(row["first"])),
-            Cell(figure(row["second"])),
-            Cell(_signed(row), interval(row, "difference")),
+            TableCell(str(row["figure"])),
+            TableCell(str(row["n_vehicles"])),
+            TableCell(figure(row["first"])),
+            TableCell(figure(row["second"])),
+            TableCell(_signed(row), interval(row, "difference")),
         ]
         grouped.setdefault(group_name(row["scenario"], row["profile"]), []).append(
-            Row(str(row["attack"]), str(row["defence"]), cells)
+            TableRow(str(row["attack"]), str(row["defence"]), cells)
         )
     caption = "Means of the pairs; the difference is second − first, with its interval by bootstrap over vehicles."
-    return [Table(group, headings, rows, caption) for group, rows in grouped.items()]
+    return [ReportTable(group, headings, rows, caption) for group, rows in grouped.items()]
 
 
 def _signed(row: dict[Hashable, Any]) -> str:

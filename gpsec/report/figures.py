@@ -6,8 +6,8 @@ from gpsec.outcomes.state import OUTCOMES
 from gpsec.report.figure_data import Figure, Series, colours, group_name, grouped
 from gpsec.running.results import Results
 from gpsec.scenario.choices import BOUNDS
+from gpsec.types.constants import UNDEFENDED
 
-UNDEFENDED = "never+none"
 _POINTS_OF_A_DISTRIBUTION = 60
 # Colours of the outcomes.
 _SEVERITY = (5, 1, 4, 3)

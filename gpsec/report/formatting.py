@@ -1,10 +1,14 @@
-"""Numbers in words and cells."""
+"""Rows of tables, and numbers as a page shows them."""
 
+from collections.abc import Hashable
 from typing import Any
 
 import pandas as pd
 
 EMPTY = "–"
+
+Record = dict[Hashable, Any]
+"""A row of a table, column -> value, as pandas returns it."""
 
 
 def figure(value: float, *, percent: bool = False) -> str:

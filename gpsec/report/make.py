@@ -11,15 +11,14 @@ from gpsec.report.figure_data import group_name
 from gpsec.report.figures import all_figures
 from gpsec.report.formatting import seconds
 from gpsec.report.map import map_figure
-from gpsec.report.page import render, write
-from gpsec.report.stories import Story, choose, reference_defence
+from gpsec.report.page import render, write_page
+from gpsec.report.stories import Story, choose_stories, reference_defence
 from gpsec.report.tables import detection_tables, localization_tables, safety_tables
 from gpsec.report.terminal import facts
 from gpsec.report.traces import trace_figures
 from gpsec.report.verdict import verdicts
 from gpsec.running.results import Results
-
-REPORT = "report.html"
+from gpsec.types.constants import REPORT
 
 Steps = Mapping[str, pd.DataFrame | None]
 
@@ -30,7 +29,7 @@ def write_report(run: Results, steps: Steps | None = None, path: Path | None = N
     `steps` holds the steps of the chosen vehicles of each scenario; without it, those that the run has logged are
     taken.
     """
-    stories = choose(run)
+    stories = choose_stories(run)
     target = path or run.folder / REPORT
     known = logged_steps(run, stories) if steps is None else steps
     figures = all_figures(run) | {"map": map_figure(run)} | trace_figures(run, stories, known)
@@ -59,7 +58,7 @@ def write_report(run: Results, steps: Steps | None = None, path: Path | None = N
         },
         version=__version__,
     )
-    write(target, page)
+    write_page(target, page)
     return target
 
 
@@ -79,7 +78,7 @@ def write_trace(run: Results, story: Story, steps: Steps, path: Path) -> Path:
         figures=figures,
         version=__version__,
     )
-    write(path, page)
+    write_page(path, page)
     return path
 
 

@@ -9,8 +9,9 @@ import pandas as pd
 
 from gpsec.outcomes.places import ATTACK_BEGAN, DETECTED, LEFT_LANE
 from gpsec.report.figure_data import Figure, Series, group_name
-from gpsec.report.figures import UNDEFENDED, defences_of, detectors_of
+from gpsec.report.figures import defences_of, detectors_of
 from gpsec.running.results import Results
+from gpsec.types.constants import UNDEFENDED
 
 # Length of a degree of latitude, and of longitude at the equator.
 _DEGREE_M = 111_320.0

@@ -46,7 +46,7 @@ def unpacked(text: str) -> str:
     return gzip.decompress(base64.b64decode(text)).decode()
 
 
-def write(path: Path, text: str) -> None:
+def write_page(path: Path, text: str) -> None:
     """Write a page, whole or not at all."""
     with whole(path) as partial:
         partial.write_text(text, encoding="utf-8")

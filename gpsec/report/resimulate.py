@@ -1,7 +1,7 @@
 """Simulates some vehicles of a run again: a run is a pure function of the scenario in its manifest."""
 
 import tempfile
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -10,15 +10,13 @@ import pandas as pd
 from pydantic import ValidationError
 
 from gpsec.core.errors import GpsecError, shown
-from gpsec.core.progress import Progress
+from gpsec.core.progress import Report
 from gpsec.core.threads import cores
 from gpsec.outcomes.tables import STEPS, read_table
 from gpsec.running.results import Results
 from gpsec.running.workers import run_scenarios
 from gpsec.scenario import Scenario
 from gpsec.traffic.config import is_file
-
-Tell = Callable[[Progress], None]
 
 _KEYS = ["vehicle_id", "attack", "defence"]
 # Figures of each table by which a vehicle that is simulated again is known.
@@ -28,7 +26,7 @@ _COMPARED = {
 }
 
 
-def simulate(run: Results, wanted: Mapping[str, Collection[str]], tell: Tell) -> dict[str, pd.DataFrame | None]:
+def simulate(run: Results, wanted: Mapping[str, Collection[str]], tell: Report) -> dict[str, pd.DataFrame | None]:
     """Return the steps of the `wanted` vehicles of each scenario, which are simulated again with nobody else equipped.
 
     Raises:
@@ -50,7 +48,7 @@ def simulate(run: Results, wanted: Mapping[str, Collection[str]], tell: Tell) ->
     return found
 
 
-def _run(scenario: Scenario, folder: Path, report: Tell, only: Mapping[str, Collection[str]]) -> None:
+def _run(scenario: Scenario, folder: Path, report: Report, only: Mapping[str, Collection[str]]) -> None:
     from gpsec.pipeline.run import run_scenario
 
     run_scenario(scenario, folder, report, only=only[scenario.name])

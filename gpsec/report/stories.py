@@ -8,9 +8,9 @@ import pandas as pd
 
 from gpsec.core.errors import GpsecError, nearest, shown
 from gpsec.report.figure_data import group_name
-from gpsec.report.figures import UNDEFENDED
 from gpsec.running.results import Results
 from gpsec.scenario.choices import BOUNDS
+from gpsec.types.constants import UNDEFENDED
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ def reference_defence(run: Results) -> str | None:
     return min(real, key=lambda name: left[name]) if real else None
 
 
-def choose(run: Results) -> list[Story]:
+def choose_stories(run: Results) -> list[Story]:
     """Return, of each scenario and profile, the worst and the median vehicle and the first whose attack was missed.
 
     All are judged by the defence that lets fewest vehicles leave their lane: by the largest error across the lane.

@@ -1,18 +1,18 @@
 """The tables of a report: the form of the paper's Table I, of its Tables II to IV, and of what it would have meant."""
 
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import pandas as pd
 
 from gpsec.outcomes.paper import TABLE_I, localization_like
 from gpsec.outcomes.state import OUTCOMES
 from gpsec.report.figure_data import group_name
-from gpsec.report.figures import UNDEFENDED, defences_of
-from gpsec.report.formatting import EMPTY, figure, interval
+from gpsec.report.figures import defences_of
+from gpsec.report.formatting import EMPTY, Record, figure, interval
 from gpsec.running.results import Results
 from gpsec.scenario.choices import BOUNDS
+from gpsec.types.constants import UNDEFENDED
 
 _RATES = {
     "precision": "precision",
@@ -31,7 +31,7 @@ _ERRORS = {
 
 
 @dataclass(frozen=True)
-class Cell:
+class TableCell:
     """A figure and the small print under it."""
 
     text: str
@@ -39,7 +39,7 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class Row:
+class TableRow:
     """A row of a table.
 
     Attributes:
@@ -51,21 +51,21 @@ class Row:
 
     attack: str
     name: str
-    cells: Sequence[Cell]
+    cells: Sequence[TableCell]
     published: bool = False
 
 
 @dataclass(frozen=True)
-class Table:
+class ReportTable:
     """A table of one scenario and profile; the caption says what has to be known to read it."""
 
     group: str
     headings: Sequence[str]
-    rows: Sequence[Row]
+    rows: Sequence[TableRow]
     caption: str
 
 
-def detection_tables(run: Results) -> list[Table]:
+def detection_tables(run: Results) -> list[ReportTable]:
     """Return Table I's form: attack × detector, the paper's rows where it has them."""
     made = []
     compared = run.detection[(run.detection["n_events"] > 0) & ~run.detection["detector"].isin(BOUNDS)]
@@ -74,62 +74,59 @@ def detection_tables(run: Results) -> list[Table]:
         lines = []
         for row in rows:
             cells = [_measured(row, name, percent=heading == "seen") for heading, name in _RATES.items()]
-            cells += [Cell(figure(row["roc_auc"])), Cell(figure(row["pr_auc"]))]
+            cells += [TableCell(figure(row["roc_auc"])), TableCell(figure(row["pr_auc"]))]
             cells += [_measured(row, "false_alarms_per_vehicle_hour")]
-            lines.append(Row(row["attack"], row["detector"], cells))
+            lines.append(TableRow(row["attack"], row["detector"], cells))
             paper = TABLE_I.get((str(attacks.get(row["attack"], row["attack"])), str(row["detector"])))
             if paper is not None:
                 published = [paper.precision, paper.recall, paper.f1, paper.delay_s]
-                cells = [*(Cell(figure(value)) for value in published), *[Cell("")] * 4]
-                lines.append(Row(row["attack"], "the paper's", cells, published=True))
+                cells = [*(TableCell(figure(value)) for value in published), *[TableCell("")] * 4]
+                lines.append(TableRow(row["attack"], "the paper's", cells, published=True))
         headings = ["attack", "detector", *_RATES, "ROC area", "PR area", "false alarms per vehicle-hour"]
         caption = "Samples of attacked vehicles. The bounds, oracle and never, are in detection.csv."
         if any(line.published for line in lines):
             caption += " The paper's figures are for its own data and parameters."
-        made.append(Table(group_name(scenario, profile), headings, lines, caption))
+        made.append(ReportTable(group_name(scenario, profile), headings, lines, caption))
     return made
 
 
-def localization_tables(run: Results) -> list[Table]:
+def localization_tables(run: Results) -> list[ReportTable]:
     """Return the form of Tables II to IV: attack × defence, the paper's rows where its set-up is like ours."""
     made = []
     order = {name: i for i, name in enumerate(defences_of(run))}
     for (scenario, profile), rows in _groups(run.localization[run.localization["n_vehicles"] > 0]):
         lines = []
         for row in _undefended_first(rows, order):
-            cells = [*(_measured(row, name) for name in _ERRORS.values()), Cell(figure(row["max_cross_track_m"]))]
-            lines.append(Row(row["attack"], row["defence"], cells))
+            cells = [*(_measured(row, name) for name in _ERRORS.values()), TableCell(figure(row["max_cross_track_m"]))]
+            lines.append(TableRow(row["attack"], row["defence"], cells))
         caption = "Root of the mean squared error, during the attack; under none, over the settled life."
         paper = localization_like(scenario, profile)
         if paper is not None:
             for name, values in ((UNDEFENDED, paper.undefended_m), ("lstm+ukf", paper.mitigated_m)):
-                cells = [*(Cell(figure(value)) for value in values), *[Cell("")] * 3]
-                lines.append(Row(f"the paper's {paper.table}", name, cells, published=True))
+                cells = [*(TableCell(figure(value)) for value in values), *[TableCell("")] * 3]
+                lines.append(TableRow(f"the paper's {paper.table}", name, cells, published=True))
             caption += " The paper's figures are for its own data, and it does not say which attack they are for."
         headings = ["attack", "defence", *_ERRORS, "largest across (m)"]
-        made.append(Table(group_name(scenario, profile), headings, lines, caption))
+        made.append(ReportTable(group_name(scenario, profile), headings, lines, caption))
     return made
 
 
-def safety_tables(run: Results) -> list[Table]:
+def safety_tables(run: Results) -> list[ReportTable]:
     """Return how many vehicles would have reached each outcome: attack × defence."""
     made = []
     order = {name: i for i, name in enumerate(defences_of(run))}
     for (scenario, profile), rows in _groups(run.safety[run.safety["n_vehicles"] > 0]):
         lines = []
         for row in _undefended_first(rows, order):
-            cells = [Cell(str(row["n_vehicles"]))]
+            cells = [TableCell(str(row["n_vehicles"]))]
             for name in OUTCOMES:
                 share = figure(row[f"{name}_share"], percent=True)
-                cells.append(Cell(f"{row[name]} ({share})", interval(row, f"{name}_share", percent=True)))
-            lines.append(Row(row["attack"], row["defence"], cells))
+                cells.append(TableCell(f"{row[name]} ({share})", interval(row, f"{name}_share", percent=True)))
+            lines.append(TableRow(row["attack"], row["defence"], cells))
         headings = ["attack", "defence", "vehicles", *(name.replace("_", " ") for name in OUTCOMES)]
         caption = "Vehicles that would have, had they steered by their estimate; none is what GNSS and false alarms do."
-        made.append(Table(group_name(scenario, profile), headings, lines, caption))
+        made.append(ReportTable(group_name(scenario, profile), headings, lines, caption))
     return made
-
-
-Record = dict[Hashable, Any]
 
 
 def _groups(table: pd.DataFrame) -> Iterable[tuple[tuple[str, str], list[Record]]]:
@@ -145,6 +142,6 @@ def _undefended_first(rows: list[Record], order: Mapping[str, int]) -> list[Reco
     return sorted(rows, key=lambda row: (attacks.index(row["attack"]), order[row["defence"]]))
 
 
-def _measured(row: Record, name: str, *, percent: bool = False) -> Cell:
+def _measured(row: Record, name: str, *, percent: bool = False) -> TableCell:
     text = figure(row[name], percent=percent)
-    return Cell(text, "" if text == EMPTY else interval(row, name, percent=percent))
+    return TableCell(text, "" if text == EMPTY else interval(row, name, percent=percent))

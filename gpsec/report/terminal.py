@@ -41,7 +41,7 @@ def facts(run: Results, story: Story) -> list[tuple[str, dict[str, str]]]:
     return made
 
 
-def told(run: Results, story: Story, rows: pd.DataFrame) -> Iterator[Text | Table]:
+def story_parts(run: Results, story: Story, rows: pd.DataFrame) -> Iterator[Text | Table]:
     """Yield the parts of a story: what happened, what came of it under each defence, and curves of it."""
     attacked = story.attack != "none"
     what = f"under {story.attack} from {story.start_s:.1f} to {story.end_s:.1f} s" if attacked else "without an attack"

@@ -8,9 +8,10 @@ import numpy as np
 import pandas as pd
 
 from gpsec.report.figure_data import Figure, Series, colours
-from gpsec.report.figures import UNDEFENDED, defences_of, detectors_of
+from gpsec.report.figures import defences_of, detectors_of
 from gpsec.report.stories import Story
 from gpsec.running.results import Results
+from gpsec.types.constants import UNDEFENDED
 
 # What is shown of a journey before and after the attack.
 BEFORE_S, AFTER_S = 10.0, 20.0

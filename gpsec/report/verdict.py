@@ -1,25 +1,23 @@
 """What stands at the top of a report: what attacks did, how soon they were seen, what false alarms cost."""
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import pandas as pd
 
 from gpsec.report.figure_data import group_name
-from gpsec.report.figures import UNDEFENDED, defences_of
-from gpsec.report.formatting import figure, interval
+from gpsec.report.figures import defences_of
+from gpsec.report.formatting import Record, figure, interval
 from gpsec.running.results import Results
 from gpsec.scenario.choices import BOUNDS
-
-Record = dict[Hashable, Any]
+from gpsec.types.constants import UNDEFENDED
 
 # From this share on, it is all of them to the percent.
 _ALL = 0.995
 
 
 @dataclass(frozen=True)
-class Cell:
+class VerdictCell:
     """What one defence made of one attack.
 
     Attributes:
@@ -55,7 +53,7 @@ class Verdict:
     defences: list[str]
     false_alarms: list[str]
     vehicle_hours: float
-    rows: dict[str, list[Cell]]
+    rows: dict[str, list[VerdictCell]]
 
 
 def verdicts(run: Results) -> list[Verdict]:
@@ -92,7 +90,7 @@ def verdicts(run: Results) -> list[Verdict]:
     return found
 
 
-def _cell(safety: Record, seen: dict[tuple[str, str], Record], attack: str, defence: str) -> Cell:
+def _cell(safety: Record, seen: dict[tuple[str, str], Record], attack: str, defence: str) -> VerdictCell:
     detector = defence.partition("+")[0]
     words = ""
     if detector not in BOUNDS and (attack, detector) in seen:
@@ -101,7 +99,7 @@ def _cell(safety: Record, seen: dict[tuple[str, str], Record], attack: str, defe
         median_s = row["delay_median_s"]
         delay: str = "" if pd.isna(median_s) else f"seen after {median_s:.1f}\N{NO-BREAK SPACE}s"
         words = f"{delay}, {share:.0%} of them" if delay and share < _ALL else delay or "not seen"
-    return Cell(
+    return VerdictCell(
         int(safety["out_of_lane"]),
         int(safety["n_vehicles"]),
         float(safety["out_of_lane_share"]),
@@ -118,7 +116,7 @@ def _false_alarms(once: Mapping[str, Record], detector: str) -> str:
     return f"{figure(row[name])} ({interval(row, name)})"
 
 
-def _sentences(rows: dict[str, list[Cell]], defences: list[str], once: Mapping[str, Record]) -> list[str]:
+def _sentences(rows: dict[str, list[VerdictCell]], defences: list[str], once: Mapping[str, Record]) -> list[str]:
     if not rows:
         return ["No vehicle was attacked, so there is nothing to judge but false alarms."]
     columns = {name: [cells[place] for cells in rows.values()] for place, name in enumerate(defences)}

@@ -16,7 +16,8 @@ from gpsec.outcomes.geojson import read_features
 from gpsec.outcomes.manifests import read_manifest, stated_digests
 from gpsec.outcomes.stated import check_stated
 from gpsec.outcomes.steplog import read_steps
-from gpsec.outcomes.tables import LARGE_TABLES, MANIFEST, MAP, STEPS, TABLES, whole
+from gpsec.outcomes.tables import LARGE_TABLES, MAP, STEPS, TABLES, whole
+from gpsec.types.constants import MANIFEST
 
 # The longest first, since one ends in another.
 _UNITS = {"_per_vehicle_hour": "1/h", "_mps": "m/s", "_rad": "rad", "_deg": "°", "_m": "m", "_s": "s"}

@@ -4,7 +4,7 @@ Every process rehearses the same run, in which kernels are only compiled, each b
 Otherwise all scenarios that run at once would compile all of them.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from multiprocessing import get_context
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -13,7 +13,7 @@ from gpsec.core.caches import can_keep, kernels_folder
 from gpsec.core.errors import GpsecError
 from gpsec.core.kernels import are_compiled, kept, note_rehearsal, only_compile
 from gpsec.core.processes import ignore_interrupts, redirect_output, start
-from gpsec.core.progress import Progress
+from gpsec.core.progress import Progress, Report
 from gpsec.core.threads import cores
 from gpsec.scenario import Scenario
 
@@ -23,7 +23,7 @@ _MOST_PROCESSES = 4
 _KEPT = ".kept"
 
 
-def compile_kernels(scenarios: Sequence[Scenario], work: Path, report: Callable[[Progress], None]) -> None:
+def compile_kernels(scenarios: Sequence[Scenario], work: Path, report: Report) -> None:
     """Compile what the first of the scenarios needs that can be run, unless there is code of this version already.
 
     Whatever goes wrong is left to the runs, which compile what they do not find. `work` is an existing folder for

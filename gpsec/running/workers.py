@@ -17,19 +17,18 @@ from pathlib import Path
 from gpsec.core.errors import GpsecError, MachineError
 from gpsec.core.pipes import PeerGoneError, receive, send
 from gpsec.core.processes import end_with_parent, ended_early, ignore_interrupts, redirect_output, start
-from gpsec.core.progress import DONE, FAILED, Progress
+from gpsec.core.progress import DONE, FAILED, Progress, Report
 from gpsec.core.system import refusal
 from gpsec.running.warmup import compile_kernels
 from gpsec.scenario import Scenario
+from gpsec.types.constants import MANIFEST
 
 __all__ = ["Failure", "Outcome", "Progress", "run_scenarios"]
 
-Report = Callable[[Progress], None]
 # Writes the files of one scenario into a folder that exists.
 Run = Callable[[Scenario, Path, Report], None]
 
 # Written last: a folder that has one holds a whole run.
-MANIFEST = "manifest.json"
 _REPORT_EVERY_S = 0.1
 
 

@@ -7,6 +7,9 @@ from gpsec.core.errors import nearest, shown
 # Defences only, not scored detectors: told the truth, and never in alarm.
 BOUNDS = ("never", "oracle")
 
+DEFAULT_RATE = "1e-3/sample"
+"""False-alarm rate of the thresholds where a scenario states none."""
+
 
 def attacks() -> list[str]:
     """Return the names of the attacks."""
@@ -50,7 +53,7 @@ def false_alarm_rates() -> list[str]:
     return list(RATES)
 
 
-def require(kind: str, name: str, known: Iterable[str]) -> str:
+def require_known(kind: str, name: str, known: Iterable[str]) -> str:
     """Return `name`.
 
     Raises:

@@ -72,7 +72,7 @@ def in_use(reference: str) -> bool:
     return reference in _used
 
 
-def digest(reference: str) -> str:
+def part_digest(reference: str) -> str:
     """Return what changes with the content of a part: of its file, or of the package that its module belongs to.
 
     Raises:

@@ -51,7 +51,7 @@ class FleetSection(Section):
     @classmethod
     def _known_and_whole(cls, shares: Mapping[str, float]) -> Mapping[str, float]:
         for name, share in shares.items():
-            choices.require("profile", name, choices.profiles())
+            choices.require_known("profile", name, choices.profiles())
             if share <= 0.0:
                 raise ValueError(f"expected a share above 0 for '{shown(name)}', found {share:g}")
         total = sum(shares.values())
@@ -96,14 +96,14 @@ class DetectionSection(Section):
     """
 
     detectors: tuple[str, ...] = Field(("chi_square", "cusum", "isolation_forest", "lstm"), strict=False)
-    false_alarm_rate: str = "1e-3/sample"
+    false_alarm_rate: str = choices.DEFAULT_RATE
     models: Annotated[str | None, Unset] = None
 
     @field_validator("detectors")
     @classmethod
     def _known_once(cls, names: tuple[str, ...]) -> tuple[str, ...]:
         for position, name in enumerate(names):
-            choices.require("detector", name, choices.detectors())
+            choices.require_known("detector", name, choices.detectors())
             if name in names[:position]:
                 raise ValueError(f"'{shown(name)}' is listed twice")
         return names
@@ -111,7 +111,7 @@ class DetectionSection(Section):
     @field_validator("false_alarm_rate")
     @classmethod
     def _calibrated(cls, rate: str) -> str:
-        return choices.require("false-alarm rate", rate, choices.false_alarm_rates())
+        return choices.require_known("false-alarm rate", rate, choices.false_alarm_rates())
 
 
 class Defence(Section):
@@ -133,12 +133,12 @@ class Defence(Section):
     @field_validator("detector")
     @classmethod
     def _known_detector(cls, name: str) -> str:
-        return choices.require("detector", name, [*choices.BOUNDS, *choices.detectors()])
+        return choices.require_known("detector", name, [*choices.BOUNDS, *choices.detectors()])
 
     @field_validator("response")
     @classmethod
     def _known_response(cls, name: str) -> str:
-        return choices.require("response", name, choices.responses())
+        return choices.require_known("response", name, choices.responses())
 
 
 class LocalizationSection(Section):

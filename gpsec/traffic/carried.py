@@ -13,7 +13,8 @@ import numpy as np
 
 from gpsec.core.arrays import Floats
 from gpsec.core.errors import GpsecError, shown
-from gpsec.traffic.inputs import PREFIX, own_parameters
+from gpsec.traffic.inputs import own_parameters
+from gpsec.types.constants import PREFIX
 
 ATTACK_KEY, PLAN_KEY, RADIUS_KEY = f"{PREFIX}attack", f"{PREFIX}plan", f"{PREFIX}radius_m"
 # SUMO gives −2³⁰ where a vehicle is nowhere.

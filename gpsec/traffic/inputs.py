@@ -11,7 +11,8 @@ from typing import BinaryIO, cast
 from xml.etree import ElementTree
 from xml.sax.saxutils import unescape
 
-PREFIX = "gpsec."
+from gpsec.types.constants import PREFIX
+
 # What reading raises where an input file is broken: its compression, its encoding or its XML.
 UNREADABLE = (OSError, EOFError, zlib.error, ElementTree.ParseError, ValueError, LookupError)
 # How the beginning of a file states its encoding.

@@ -15,7 +15,7 @@ def numbered_ids(files: Iterable[Path]) -> frozenset[str]:
     return frozenset(name for file in input_files(files) for name in all_matches(file, _NUMBERED))
 
 
-class Names:
+class VehicleNames:
     """Gives names to vehicles that enter the fleet."""
 
     def __init__(self, reserved: frozenset[str] = frozenset()) -> None:

@@ -12,7 +12,7 @@ from gpsec.core.arrays import Flags, Floats, Ints, Longs
 from gpsec.traffic.clock import step_count
 from gpsec.traffic.source import Departure, Frame, TrafficSource
 
-Names = NDArray[np.str_]
+NameColumn = NDArray[np.str_]
 
 
 @dataclass(frozen=True)
@@ -51,19 +51,19 @@ class Recording:
     lane: Ints
     left: Ints
     departure_row: Ints
-    vehicle_id: Names
-    sumo_id: Names
-    vehicle_type: Names
-    vehicle_class: Names
+    vehicle_id: NameColumn
+    sumo_id: NameColumn
+    vehicle_type: NameColumn
+    vehicle_class: NameColumn
     length_m: Floats
     width_m: Floats
     yaw_rad: Floats
     speed_mps: Floats
     equipped_share: Floats
     has_equipped_share: Flags
-    sensors: Names
+    sensors: NameColumn
     spoofer_start: Longs
-    spoofer_plan: Names
+    spoofer_plan: NameColumn
     spoofer_m: Floats
 
     def __len__(self) -> int:

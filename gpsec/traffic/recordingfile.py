@@ -15,10 +15,10 @@ from gpsec.core.arrays import Flags, Floats, Ints, Longs
 from gpsec.core.errors import GpsecError, shown
 from gpsec.core.npz import DamagedError, read_npz
 from gpsec.traffic.inputs import UNREADABLE, open_input
-from gpsec.traffic.recording import Names, Recording
+from gpsec.traffic.recording import NameColumn, Recording
 
-FORMAT = 4
-_KINDS = {Floats: "f8", Ints: "i4", Longs: "i8", Flags: "?", Names: "U"}
+RECORDING_FORMAT = 4
+_KINDS = {Floats: "f8", Ints: "i4", Longs: "i8", Flags: "?", NameColumn: "U"}
 # No net and no vehicle is larger or faster; what is beyond would leave the grid of the map.
 _FARTHEST_M, _LONGEST_M, _FASTEST_MPS, _LONGEST_STEP_S = 1e7, 1e3, 1e3, 1.0
 
@@ -54,7 +54,11 @@ def on_net(net_file: Path, lanes: int) -> OnNet:
 def save_recording(recording: Recording, path: Path, net: OnNet) -> None:
     """Write a recording that was made on `net`; a file that exists at `path` is whole or as before."""
     arrays: dict[str, Any] = {field.name: getattr(recording, field.name) for field in fields(recording)}
-    arrays |= {"format": np.array([FORMAT]), "net": np.array([net.digest]), "gpsec_version": np.array([__version__])}
+    arrays |= {
+        "format": np.array([RECORDING_FORMAT]),
+        "net": np.array([net.digest]),
+        "gpsec_version": np.array([__version__]),
+    }
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".tmp")
     try:
         with os.fdopen(handle, "wb") as stream:
@@ -79,8 +83,10 @@ def load_recording(path: Path, net: OnNet) -> Recording:
     except (OSError, DamagedError) as error:
         raise GpsecError(f"{path}: expected a recording (npz), found a broken file: {shown(error)}") from None
     stated = {name: _stated(stored.pop(name, None)) for name in ("format", "net", "gpsec_version")}
-    if stated["format"] != str(FORMAT):
-        raise GpsecError(f"{path}: expected a recording of format {FORMAT}, found {shown(stated['format'] or 'none')}")
+    if stated["format"] != str(RECORDING_FORMAT):
+        raise GpsecError(
+            f"{path}: expected a recording of format {RECORDING_FORMAT}, found {shown(stated['format'] or 'none')}"
+        )
     if stated["net"] != net.digest:
         made = shown(stated["gpsec_version"] or "?")
         raise GpsecError(f"{path}: expected a recording of this net, found one of another net (made by gpsec {made})")

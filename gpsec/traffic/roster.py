@@ -12,7 +12,7 @@ from gpsec.core.arrays import Flags, Floats, Ints, Longs
 from gpsec.core.geo import yaw_from_sumo_angle
 from gpsec.core.tables import Slots
 from gpsec.traffic.carried import NOWHERE_M, Spoofers
-from gpsec.traffic.names import Names
+from gpsec.traffic.names import VehicleNames
 from gpsec.traffic.source import Departure, Equip
 from gpsec.traffic.vehicletypes import VehicleType, read_type
 
@@ -35,7 +35,7 @@ class Roster:
         traffic_only: vehicles so far of each SUMO class that is never equipped.
     """
 
-    def __init__(self, lane_index: Mapping[str, int], equip: Equip, spoofers: Spoofers, names: Names) -> None:
+    def __init__(self, lane_index: Mapping[str, int], equip: Equip, spoofers: Spoofers, names: VehicleNames) -> None:
         self.spoofers = spoofers
         self._names = names
         self.traffic_only: Counter[str] = Counter()

@@ -15,14 +15,14 @@ from gpsec.core.errors import GpsecError, retold
 from gpsec.sumo.home import sumo_home
 from gpsec.traffic.carried import Spoofers, carried_attacks, check_departing
 from gpsec.traffic.clock import step_count
-from gpsec.traffic.names import Names, numbered_ids
+from gpsec.traffic.names import VehicleNames, numbered_ids
 from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.outputs import without_lost_outputs
 from gpsec.traffic.roster import Roster
 from gpsec.traffic.source import Equip, Frame
 from gpsec.traffic.stderr import CaughtStderr, sumo_words
 from gpsec.traffic.vehicletypes import check_type_keys
-from gpsec.traffic.window import Look, Window, WindowClosedError, window_arguments
+from gpsec.traffic.window import GuiWindow, Look, WindowClosedError, window_arguments
 from gpsec.traffic.zones import ZoneShape, read_zones
 
 # Neither is a kind of the other.
@@ -70,17 +70,17 @@ class SumoSession:
         self._input_files = (*options.additional_files, *options.route_files)
         check_type_keys(self._input_files)
         check_departing(self._input_files)
-        names = Names(numbered_ids(self._input_files))
+        names = VehicleNames(numbered_ids(self._input_files))
         self._roster = Roster(lane_index, equip, Spoofers(carried_attacks(self._input_files)), names)
         self._step = 0
         self._open = True
         self._stderr = CaughtStderr()
         self._folder = Path(tempfile.mkdtemp(prefix="gpsec-sumo-")).resolve()
         self._copies: dict[Path, Path] = {}
-        self._window: Window | None = None
+        self._window: GuiWindow | None = None
         self._start(["sumo"] if delay_ms is None else ["sumo-gui", *window_arguments(self._folder, delay_ms)])
         if delay_ms is not None:
-            self._window = Window()
+            self._window = GuiWindow()
 
     def _start(self, program: list[str]) -> None:
         outputs = {

@@ -8,7 +8,8 @@ from pathlib import Path
 from gpsec.core.errors import GpsecError, nearest, shown
 from gpsec.traffic.carried import ATTACK_KEY, carried_attacks
 from gpsec.traffic.input_files import input_files
-from gpsec.traffic.inputs import PREFIX, all_matches, own_parameters
+from gpsec.traffic.inputs import all_matches, own_parameters
+from gpsec.types.constants import PREFIX
 
 # Everything that drives on roads with four wheels or more, for which the single-track body, the lane camera and the
 # odometer stand. Left out: rail and ships; pedestrians; bicycle, moped, motorcycle and scooter, which lean and

@@ -54,7 +54,7 @@ def window_arguments(folder: Path, delay_ms: float) -> list[str]:
     return ["--start", "--gui-settings-file", str(settings)]
 
 
-class Window:
+class GuiWindow:
     """Draws looks; sumo-gui shows them with the next step."""
 
     def __init__(self) -> None:

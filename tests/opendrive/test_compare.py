@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gpsec.opendrive.check import check_lanes
-from gpsec.opendrive.compare import match
+from gpsec.opendrive.compare import match_lanes
 from gpsec.opendrive.lanes import CentreLine
 from gpsec.opendrive.netfile import NetLane
 
@@ -26,21 +26,21 @@ def net_lane(points: list[tuple[float, float]], original: str = "1_-1", internal
 @pytest.mark.parametrize(("backward", "sign"), [(False, 1.0), (True, -1.0)])
 def test_distance_is_positive_where_the_net_lies_to_the_left(backward: bool, sign: float) -> None:
     ends = [(0.0, 0.4), (100.0, 0.4)]
-    found = match([line(0.0, backward)], [net_lane(ends[::-1] if backward else ends)])
+    found = match_lanes([line(0.0, backward)], [net_lane(ends[::-1] if backward else ends)])
     assert found.matched.all()
     assert found.across_m == pytest.approx(0.4 * sign)
 
 
 def test_oncoming_lane_is_none() -> None:
-    assert not match([line(0.0)], [net_lane([(100.0, 0.1), (0.0, 0.1)])]).matched.any()
+    assert not match_lanes([line(0.0)], [net_lane([(100.0, 0.1), (0.0, 0.1)])]).matched.any()
 
 
 def test_lane_of_another_name_is_none_but_inside_a_junction() -> None:
     beside = [(0.0, 0.5), (100.0, 0.5)]
-    assert not match([line(0.0)], [net_lane(beside, "2_-1")]).matched.any()
-    assert match([line(0.0)], [net_lane(beside, "2_-1", internal=True)]).matched.all()
+    assert not match_lanes([line(0.0)], [net_lane(beside, "2_-1")]).matched.any()
+    assert match_lanes([line(0.0)], [net_lane(beside, "2_-1", internal=True)]).matched.all()
     too_far = [(0.0, 1.8), (100.0, 1.8)]
-    assert not match([line(0.0)], [net_lane(too_far, "2_-1", internal=True)]).matched.any()
+    assert not match_lanes([line(0.0)], [net_lane(too_far, "2_-1", internal=True)]).matched.any()
 
 
 def test_what_lies_beyond_the_end_of_a_lane_is_unmatched() -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from gpsec.opendrive.curves import Arc, Curve, Line, ParamPoly3, Poly3, Spiral
+from gpsec.opendrive.curves import Arc, Line, ParamPoly3, Poly3, ReferenceLineCurve, Spiral
 
 
 def by_quadrature(start: float, end: float, length: float, s: float) -> tuple[float, float]:
@@ -84,7 +84,7 @@ def test_param_poly3_ends_where_its_polynomials_do(end: float) -> None:
     [Arc(0.03), Spiral(-0.01, 0.04), Poly3(np.array([0.0, 0.1, 0.01, 1e-4]))],
     ids=lambda curve: type(curve).__name__,
 )
-def test_distance_is_arc_length_and_direction_is_the_way_it_leads(curve: Curve) -> None:
+def test_distance_is_arc_length_and_direction_is_the_way_it_leads(curve: ReferenceLineCurve) -> None:
     course = curve.course(np.linspace(0.0, 30.0, 3001), 30.0)
     du, dv = np.diff(course.u_m), np.diff(course.v_m)
     assert np.hypot(du, dv) == pytest.approx(0.01, rel=1e-3)

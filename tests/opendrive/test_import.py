@@ -11,7 +11,7 @@ import pytest
 from gpsec import cli
 from gpsec.hdmap.net import read_net
 from gpsec.opendrive.importing import Imported, import_map
-from gpsec.opendrive.report import COLUMNS
+from gpsec.opendrive.report import CHECK_COLUMNS
 
 from .maps import TWO_WAY, document, lane, road, section, write
 
@@ -54,7 +54,7 @@ def test_shipped_map_end_to_end(
     ]
     with (tmp_path / "sharp_turns.check.csv").open(newline="") as stream:
         rows = list(csv.DictReader(stream))
-    assert tuple(rows[0]) == COLUMNS
+    assert tuple(rows[0]) == CHECK_COLUMNS
     assert max(float(row["p95_m"]) for row in rows if row["p95_m"]) < 0.05
     assert sum(float(row["unmatched_share"]) * int(row["points"]) for row in rows) < 10.0
     assert (tmp_path / "sharp_turns.check.png").read_bytes().startswith(b"\x89PNG")
@@ -149,7 +149,7 @@ def test_what_is_narrower_than_any_vehicle_is_not_compared(imported: Import) -> 
 
 def test_columns_are_described() -> None:
     described = (ROOT / "docs" / "opendrive.md").read_text()
-    assert [column for column in COLUMNS if f"`{column}`" not in described] == []
+    assert [column for column in CHECK_COLUMNS if f"`{column}`" not in described] == []
 
 
 def test_same_map_gives_the_same_bytes(tmp_path: Path) -> None:

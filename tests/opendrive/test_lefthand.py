@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gpsec.opendrive.lanes import centre_lines
-from gpsec.opendrive.lefthand import keeps_left, mirror_map, mirror_net
+from gpsec.opendrive.lefthand import map_keeps_left, mirror_map, mirror_net
 from gpsec.opendrive.read import parse, roads
 from gpsec.opendrive.spelling import spell_out
 
@@ -24,9 +24,9 @@ CURVES = {
 def test_side_of_traffic_is_that_of_most_roads(tmp_path: Path) -> None:
     long, short = road(TWO_WAY, rule="LHT"), road(TWO_WAY, length=20.0, number="2")
     path = write(tmp_path, document(long, short))
-    assert keeps_left(roads(parse(path), path))
+    assert map_keeps_left(roads(parse(path), path))
     path = write(tmp_path, document(road(TWO_WAY)))
-    assert not keeps_left(roads(parse(path), path))
+    assert not map_keeps_left(roads(parse(path), path))
 
 
 @pytest.mark.parametrize("curve", CURVES)

@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 import pytest
 
 from gpsec.opendrive.importing import import_map
-from gpsec.opendrive.names import rename, restore
+from gpsec.opendrive.names import rename_for_netconvert, restore_names
 from gpsec.opendrive.netfile import net_lanes
 from gpsec.opendrive.read import parse
 
@@ -24,7 +24,7 @@ def test_whatever_points_to_a_renamed_road_follows(tmp_path: Path) -> None:
     way = '<connection id="0" incomingRoad="a b" connectingRoad="{7}" contactPoint="start"/>'
     crossing = f'<junction id="x y">{way}</junction>'
     root = parse(write(tmp_path, document(first, inner).replace("</OpenDRIVE>", f"{crossing}</OpenDRIVE>")))
-    assert rename(root) == {"a_b": "a b", "_7_": "{7}", "x_y": "x y"}
+    assert rename_for_netconvert(root) == {"a_b": "a b", "_7_": "{7}", "x_y": "x y"}
     assert [(item.get("id"), item.get("junction")) for item in root.iterfind("road")] == [("a_b", "-1"), ("_7_", "x_y")]
     assert [item.get("elementId") for item in root.iterfind("road/link/")] == ["x_y", "a_b"]
     connection = root.find("junction[@id='x_y']/connection")
@@ -44,12 +44,12 @@ def test_whatever_points_to_a_renamed_road_follows(tmp_path: Path) -> None:
 )
 def test_only_names_that_cannot_stay_are_changed(tmp_path: Path, given: list[str], changed: dict[str, str]) -> None:
     root = parse(write(tmp_path, document(*(road(TWO_WAY, number=name) for name in given))))
-    assert rename(root) == changed
+    assert rename_for_netconvert(root) == changed
 
 
 def test_lanes_of_the_net_bear_the_names_of_the_map() -> None:
     net = ElementTree.fromstring('<net><lane><param key="origId" value="a_b_-2"/></lane></net>')
-    restore(net, {"a_b": "a b"})
+    restore_names(net, {"a_b": "a b"})
     assert [item.get("value") for item in net.iter("param")] == ["a b_-2"]
 
 

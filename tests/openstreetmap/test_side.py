@@ -7,7 +7,7 @@ import shapely
 
 from gpsec.openstreetmap.extract import Extract, read_extract
 from gpsec.openstreetmap.outlines import LEFT_HAND
-from gpsec.openstreetmap.side import keeps_left
+from gpsec.openstreetmap.side import extract_keeps_left
 
 from .maps import Way, document, ring, write
 
@@ -38,7 +38,7 @@ RIGHT = {
 
 @pytest.mark.parametrize(("places", "left"), [(LEFT, True), (RIGHT, False)])
 def test_place_says_the_side(places: dict[str, tuple[float, float]], left: bool) -> None:
-    wrong = [name for name, place in places.items() if keeps_left(Extract(1, place, 0, 0))[0] != left]
+    wrong = [name for name, place in places.items() if extract_keeps_left(Extract(1, place, 0, 0))[0] != left]
     assert wrong == []
 
 
@@ -54,11 +54,11 @@ def test_roundabouts_go_before_the_place(tmp_path: Path, clockwise: bool, place:
     text = document(ring(1, 8, 20.0, clockwise), [closed, half], lat=place[0], lon=place[1])
     extract = read_extract(write(tmp_path, text), Path("town.osm"))
     assert (extract.clockwise, extract.counterclockwise) == ((2, 0) if clockwise else (0, 2))
-    left, why = keeps_left(extract)
+    left, why = extract_keeps_left(extract)
     assert left == clockwise
     assert why.startswith("as 2 of 2 roundabouts")
 
 
 def test_roundabouts_that_disagree_say_nothing() -> None:
-    assert keeps_left(Extract(1, LEFT["London"], 3, 2)) == (True, "as in Great Britain and Ireland")
-    assert keeps_left(Extract(1, RIGHT["Calais"], 3, 2)) == (False, "as in most countries")
+    assert extract_keeps_left(Extract(1, LEFT["London"], 3, 2)) == (True, "as in Great Britain and Ireland")
+    assert extract_keeps_left(Extract(1, RIGHT["Calais"], 3, 2)) == (False, "as in most countries")

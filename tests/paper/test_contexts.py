@@ -19,7 +19,7 @@ def test_steps_belong_to_junctions_lane_changes_and_roads(tmp_path):
     )
     other = log.assign(plan="none", lstm_alarm=False)
     pd.concat([log, other]).to_parquet(tmp_path / "steps.parquet")
-    found = contexts.recall(tmp_path, "a")
+    found = contexts.recall_by_context(tmp_path, "a")
     assert list(found) == ["lstm"]
     shares = {name: (each.value, each.n) for name, each in found["lstm"].items()}
     # Road: 1 s (no) and 7 s (yes); the change: 2-6 s, all but the first; the junction: 8 s (yes) and 9 s (no).
@@ -38,5 +38,5 @@ def test_a_new_edge_is_no_lane_change(tmp_path):
         }
     )
     log.to_parquet(tmp_path / "steps.parquet")
-    found = contexts.recall(tmp_path, "a")["lstm"]
+    found = contexts.recall_by_context(tmp_path, "a")["lstm"]
     assert (found["road"].n, found["lane change"].n) == (2, 0)

@@ -38,7 +38,7 @@ def test_delta_and_bias_follow_from_the_training_runs(monkeypatch):
             for delta, delay_s in delays_s.items()
         ]
         rows.append(common | {"attack": f"constant_{profile}", "detector": "never", "defence": "never+none"})
-    monkeypatch.setattr(pool, "read", lambda runs, table: pd.DataFrame(rows))
+    monkeypatch.setattr(pool, "read_runs", lambda runs, table: pd.DataFrame(rows))
     pinned = pinning.pin([])
     assert pinned.delta == dict.fromkeys(SET_UPS, 1.35)
     # A bias of the target's size left nine tenths of it.

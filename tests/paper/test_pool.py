@@ -87,6 +87,6 @@ def test_runs_are_told_apart(tmp_path: Path):
     for name in ("one", "two"):
         (tmp_path / name).mkdir()
         (tmp_path / name / "events.csv").write_text("scenario,vehicle_id,detected\ns,001,True\n")
-    table = pool.read([tmp_path / "one", tmp_path / "two"], "events")
+    table = pool.read_runs([tmp_path / "one", tmp_path / "two"], "events")
     assert table["run"].tolist() == ["one", "two"]
     assert table["vehicle_id"].tolist() == ["001", "001"]

@@ -10,7 +10,7 @@ import pytest
 
 from gpsec.outcomes.paper import TABLES_II_TO_IV
 from gpsec.paper import pool, tables
-from gpsec.paper.command import ATTACKS
+from gpsec.paper.command import TABLE_ATTACKS
 from gpsec.paper.studies import NONE, PAPER, Pinned, Studies
 from gpsec.paper.suite import run_missing
 from gpsec.scenario import Scenario
@@ -30,7 +30,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "sumocfg": str(full.sumocfg),
         "seed": SEED,
         "defences": [{"detector": detector, "response": response} for detector, response in (NONE, PAPER)],
-        "plans": [plan.model_dump(mode="json") for plan in full.plans if plan.name in ATTACKS],
+        "plans": [plan.model_dump(mode="json") for plan in full.plans if plan.name in TABLE_ATTACKS],
     }
     folder = tmp_path_factory.mktemp("runs")
     return run_missing([Scenario.model_validate(short)], folder, 1, lambda progress: None)[0]
@@ -45,7 +45,7 @@ def _reference(number: int) -> pd.DataFrame:
     return pd.read_csv(REFERENCE / f"table{number}.csv").set_index(["row", "metric"])
 
 
-def _disagreements(rows: list[tables.Row], reference: pd.DataFrame) -> list[str]:
+def _disagreements(rows: list[tables.PaperRow], reference: pd.DataFrame) -> list[str]:
     """Return the rows whose interval does not meet the reference's, and those that it has not."""
     found = []
     for row in rows:
@@ -60,8 +60,8 @@ def _disagreements(rows: list[tables.Row], reference: pd.DataFrame) -> list[str]
 
 
 def test_detection_agrees(run: Path) -> None:
-    events, vehicles = pool.read([run], "events"), pool.read([run], "vehicles")
-    rows = tables.detection_rows(tables.at(f"{PROFILE} on sharp_turns"), events, vehicles, ATTACKS)
+    events, vehicles = pool.read_runs([run], "events"), pool.read_runs([run], "vehicles")
+    rows = tables.detection_rows(tables.at(f"{PROFILE} on sharp_turns"), events, vehicles, TABLE_ATTACKS)
     mine = [row for row in rows if f"/ {PAPER[0]}" in row.row and row.metric != "false_alarms_per_vehicle_hour"]
     assert len(mine) >= 2 * len(tables.METRICS)
     assert min(row.n for row in mine) >= 250
@@ -69,10 +69,10 @@ def test_detection_agrees(run: Path) -> None:
 
 
 def test_localization_agrees(run: Path) -> None:
-    events = pool.read([run], "events")
+    events = pool.read_runs([run], "events")
     number, published = next((k, each) for k, each in enumerate(TABLES_II_TO_IV, 2) if each.profile == PROFILE)
     rows = [row for row in tables.localization_rows(published, events) if row.n]
-    assert len(rows) == len(ATTACKS) * 2 * len(pool.ERRORS)
+    assert len(rows) == len(TABLE_ATTACKS) * 2 * len(pool.ERRORS)
     # Across the lane, one vehicle in fifty makes most of the mitigated error: one fleet says little of that.
     said = [row for row in rows if row.metric != "rmse_cross_track_m" or "+".join(NONE) in row.row]
     assert _disagreements(said, _reference(number)) == []

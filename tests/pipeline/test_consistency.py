@@ -1,6 +1,6 @@
 import pytest
 
-from gpsec.pipeline.consistency import ISOLATED, TRUSTING, measure
+from gpsec.pipeline.consistency import ISOLATED, TRUSTING, measure_consistency
 from gpsec.scenario import load_scenario
 
 # One profile of good and one of bad GNSS, with maps of 2 and 4 m; all four are in docs/localization.md.
@@ -9,7 +9,7 @@ PROFILES = ("carla", "consumer")
 
 @pytest.fixture(scope="module", params=PROFILES)
 def found(request, repository):
-    return measure(load_scenario(repository / "scenarios" / "sharp_turns"), request.param, 120.0)
+    return measure_consistency(load_scenario(repository / "scenarios" / "sharp_turns"), request.param, 120.0)
 
 
 def test_filters_that_trust_gnss_are_as_far_off_as_they_say(found):

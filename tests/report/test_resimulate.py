@@ -8,7 +8,7 @@ from gpsec.console import reporting
 from gpsec.core.errors import GpsecError
 from gpsec.pipeline.run import run_scenario
 from gpsec.report.resimulate import simulate
-from gpsec.report.stories import choose, story_of
+from gpsec.report.stories import choose_stories, story_of
 from gpsec.running.results import load
 from gpsec.scenario import load_scenario
 from gpsec.scenario.overrides import parse_set
@@ -38,7 +38,7 @@ def logged(repository, tmp_path_factory):
 
 
 def test_chosen_vehicles_alone_are_the_same_to_the_last_bit(logged):
-    vehicles = sorted({story.vehicle_id for story in choose(logged)})
+    vehicles = sorted({story.vehicle_id for story in choose_stories(logged)})
     found = simulate(logged, {"slow_curve": vehicles}, lambda progress: None)["slow_curve"]
     expected = logged.steps("slow_curve", vehicles)
     assert set(expected["plan"]) == {"none", "constant_bias"}
@@ -112,7 +112,7 @@ def test_stories_are_asked_for_by_name(run):
 
 
 def test_the_chosen_are_the_worst_the_median_and_the_first_missed(run):
-    stories = {story.why: story for story in choose(run)}
+    stories = {story.why: story for story in choose_stories(run)}
     # CUSUM+UKF: nobody is off by more than 0.05 m but for the order of their names; the bias alone is seen.
     assert list(stories) == ["worst", "median", "first missed"]
     assert stories["first missed"].attack != "bias"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gpsec.core.errors import GpsecError
-from gpsec.traffic.names import Names, numbered_ids
+from gpsec.traffic.names import VehicleNames, numbered_ids
 from gpsec.traffic.options import resolve_options
 from gpsec.traffic.session import SumoSession
 
@@ -264,5 +264,5 @@ def test_numbered_ids_are_found_in_included_files(tmp_path):
 
 
 def test_names_stay_unique_where_an_id_was_not_foreseen():
-    given = Names()
+    given = VehicleNames()
     assert [given.give(name) for name in ("p", "p", "p#2", "p", "p#2")] == ["p", "p#2", "p#2#2", "p#3", "p#2#3"]

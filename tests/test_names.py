@@ -1,0 +1,116 @@
+"""One meaning a name: a public class, function or constant of gpsec is defined in one module."""
+
+import ast
+from collections import defaultdict
+from collections.abc import Iterator
+from itertools import chain
+from pathlib import Path
+
+import gpsec
+
+PACKAGE = Path(gpsec.__file__).parent
+
+# Names that have the same meaning wherever they are defined.
+SAME_ROLE = {"main", "T"}
+"""A program's entry point; a type variable."""
+
+# To be renamed: each of these still has two meanings. This set only ever shrinks.
+ALLOWED: set[str] = {
+    "ACTIVE",
+    "ALONG",
+    "Answers",
+    "BLOCK",
+    "COLUMNS",
+    "CROSS",
+    "DETECTED",
+    "DONE",
+    "GYRO",
+    "HIGHEST_OCTAVE",
+    "HOLD_S",
+    "INTERRUPTED",
+    "LEFT_LANE",
+    "LOWEST_OCTAVE",
+    "Localization",
+    "MAX_WINDOWS",
+    "Matches",
+    "PER_OCTAVE",
+    "PROFILES",
+    "Progress",
+    "REACH_M",
+    "Replay",
+    "STEPS",
+    "STEP_S",
+    "VEHICLES",
+    "Verdict",
+    "World",
+    "clean",
+    "demand",
+    "drop_polluted_yaw",
+    "import_",
+    "is_finished",
+    "joined",
+    "keep",
+    "learn",
+    "load",
+    "part",
+    "predict",
+    "record",
+    "report",
+    "same",
+    "start",
+    "the_batch_equals_a_loop_of_singles",
+    "train",
+    "update",
+}
+
+
+def test_a_public_name_has_one_home() -> None:
+    homes = public_names()
+    shared = {name: modules for name, modules in homes.items() if len(modules) > 1 and name not in SAME_ROLE}
+    assert {name: modules for name, modules in shared.items() if name not in ALLOWED} == {}
+
+
+def test_what_is_allowed_is_still_there() -> None:
+    homes = public_names()
+    assert {name for name in ALLOWED | SAME_ROLE if len(homes.get(name, [])) < 2} == set()
+
+
+def test_names_are_found_where_they_are_defined() -> None:
+    text = """
+import a
+from b import c
+LIMIT_M: float = 1.0
+LOW, (HIGH, _MIDDLE) = 1, (2, 3)
+class Car:
+    x = 1
+def drive():
+    y = 1
+"""
+    assert list(_defined(ast.parse(text))) == ["LIMIT_M", "LOW", "HIGH", "Car", "drive"]
+
+
+def public_names() -> dict[str, list[str]]:
+    """Return the modules that define each public name at their top level."""
+    homes: dict[str, list[str]] = defaultdict(list)
+    for path in sorted(PACKAGE.rglob("*.py")):
+        for name in set(_defined(ast.parse(path.read_text(encoding="utf-8")))):
+            homes[name].append(path.relative_to(PACKAGE).as_posix())
+    return homes
+
+
+def _defined(module: ast.Module) -> Iterator[str]:
+    for node in module.body:
+        found: list[str] = []
+        if isinstance(node, ast.ClassDef | ast.FunctionDef):
+            found = [node.name]
+        elif isinstance(node, ast.Assign):
+            found = list(chain.from_iterable(map(_targets, node.targets)))
+        elif isinstance(node, ast.AnnAssign):
+            found = list(_targets(node.target))
+        yield from (name for name in found if not name.startswith("_"))
+
+
+def _targets(target: ast.expr) -> Iterator[str]:
+    for node in ast.walk(target):
+        if isinstance(node, ast.Name):
+            yield node.id
