@@ -15,6 +15,7 @@ from gpsec import cli
 from gpsec.console import launch
 from gpsec.core.errors import GpsecError
 from gpsec.core.progress import Progress
+from gpsec.running import batch
 from gpsec.scenario import Scenario
 
 TABLES = ("detection", "localization", "safety", "events", "vehicles", "curves", "error_bands", "places")
@@ -57,8 +58,8 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.fixture
 def faked(monkeypatch: pytest.MonkeyPatch) -> None:
     """Replace pipeline, summary and report."""
-    real = launch.run_scenarios
-    monkeypatch.setattr(launch, "run_scenarios", lambda *args: real(*args[:4], fake_run))
+    real = batch.run_scenarios
+    monkeypatch.setattr(batch, "run_scenarios", lambda *args: real(*args[:4], fake_run))
     monkeypatch.setattr(launch, "_show", lambda folder: print(f"tables of {folder.name}"))
     monkeypatch.setattr(launch, "_report", lambda folder, messages: None)
 
@@ -154,7 +155,7 @@ def sentence(capsys: pytest.CaptureFixture[str]) -> str:
 def test_bad_toml(case: str, here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     toml, fragments = BAD_TOML[case]
     make(here, "town", toml)
-    monkeypatch.setattr(launch, "run_scenarios", never_run)
+    monkeypatch.setattr(batch, "run_scenarios", never_run)
     assert cli.main(["run", "town"]) == 2
     said = sentence(capsys)
     assert all(fragment in said for fragment in ["town/gpsec.toml", *fragments]), said
@@ -208,7 +209,7 @@ def test_bad_arguments(
     (here / "results" / "hill").mkdir()
     (here / "results" / "hill" / "manifest.json").touch()
     before = sorted(here.rglob("*"))
-    monkeypatch.setattr(launch, "run_scenarios", never_run)
+    monkeypatch.setattr(batch, "run_scenarios", never_run)
     assert cli.main(arguments) == 2
     said = sentence(capsys)
     assert all(fragment in said for fragment in fragments), said
@@ -284,6 +285,7 @@ from pathlib import Path
 sys.path.insert(0, {tests!r})
 from gpsec import cli
 from gpsec.console import launch
+from gpsec.running import batch
 from test_cli import write_results
 
 def run(scenario, folder, report):
@@ -294,8 +296,8 @@ def run(scenario, folder, report):
     write_results(scenario, folder)
 
 if __name__ == "__main__":
-    real = launch.run_scenarios
-    launch.run_scenarios = lambda *args: real(*args[:4], run)
+    real = batch.run_scenarios
+    batch.run_scenarios = lambda *args: real(*args[:4], run)
     launch._show = lambda folder: None
     launch._report = lambda folder, messages: None
     sys.exit(cli.main(["run", "fast", "slow", "--out", "all", "--jobs", "1"]))
@@ -333,6 +335,7 @@ import os, sys
 sys.path.insert(0, {tests!r})
 from gpsec import cli
 from gpsec.console import launch
+from gpsec.running import batch
 from test_cli import write_results
 
 def run(scenario, folder, report):
@@ -343,8 +346,8 @@ def run(scenario, folder, report):
     write_results(scenario, folder)
 
 if __name__ == "__main__":
-    real = launch.run_scenarios
-    launch.run_scenarios = lambda *args: real(*args[:4], run)
+    real = batch.run_scenarios
+    batch.run_scenarios = lambda *args: real(*args[:4], run)
     launch._show = lambda folder: None
     launch._report = lambda folder, messages: None
     sys.exit(cli.main(["run", "town", "--out", "all"]))

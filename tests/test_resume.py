@@ -16,9 +16,9 @@ import pytest
 
 from gpsec import cli
 from gpsec.console import launch
-from gpsec.console.launch import _missing
 from gpsec.outcomes.digests import table_digests
 from gpsec.outcomes.tables import TABLES
+from gpsec.running.batch import _missing
 from gpsec.running.workers import is_finished
 from gpsec.scenario import load_scenario
 from gpsec.scenario.overrides import parse_set
@@ -31,6 +31,7 @@ import json, sys, time
 sys.path.insert(0, {tests!r})
 from gpsec import cli
 from gpsec.console import launch
+from gpsec.running import batch
 from gpsec.pipeline.fingerprint import fingerprint
 from gpsec.outcomes.digests import table_digests
 from gpsec.outcomes.tables import TABLES
@@ -48,8 +49,8 @@ def run(scenario, folder, report):
     (folder / "manifest.json").write_text(json.dumps(stated))
 
 if __name__ == "__main__":
-    real = launch.run_scenarios
-    launch.run_scenarios = lambda *args: real(*args[:4], run)
+    real = batch.run_scenarios
+    batch.run_scenarios = lambda *args: real(*args[:4], run)
     launch._show = lambda folder: None
     launch._report = lambda folder, messages: None
     sys.exit(cli.main(["run", *NAMES, "--out", "all", *sys.argv[1:]]))

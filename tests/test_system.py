@@ -17,6 +17,7 @@ from gpsec import cli
 from gpsec.console import launch
 from gpsec.core.errors import GpsecError, MachineError
 from gpsec.core.system import in_a_sentence, refusal
+from gpsec.running import batch
 
 MEBIBYTE = 1 << 20
 SLOW_CURVE = Path(__file__).parents[1] / "scenarios" / "slow_curve"
@@ -28,6 +29,7 @@ from pathlib import Path
 sys.path.insert(0, {tests!r})
 from gpsec import cli
 from gpsec.console import launch
+from gpsec.running import batch
 from gpsec.outcomes.digests import table_digests
 from gpsec.pipeline.fingerprint import fingerprint
 from test_cli import write_results
@@ -42,8 +44,8 @@ def run(scenario, folder, report):
     (folder / "manifest.json").write_text(json.dumps(stated))
 
 if __name__ == "__main__":
-    real = launch.run_scenarios
-    launch.run_scenarios = lambda *args: real(*args[:4], run)
+    real = batch.run_scenarios
+    batch.run_scenarios = lambda *args: real(*args[:4], run)
     launch._show = lambda folder: None
     sys.exit(cli.main(["run", *sys.argv[1:], "--out", "all", "--no-report", "--jobs", "1"]))
 """
@@ -178,8 +180,8 @@ def test_a_report_that_cannot_be_written(
 ) -> None:
     from gpsec.running.workers import Outcome
 
-    monkeypatch.setattr(launch, "run_scenarios", lambda *arguments: Outcome(["one", "two"]))
-    monkeypatch.setattr(launch, "_publish", lambda folder, *others: folder.mkdir())
+    monkeypatch.setattr(batch, "run_scenarios", lambda *arguments: Outcome(["one", "two"]))
+    monkeypatch.setattr(batch.Batch, "_publish", lambda self, folder, *others: folder.mkdir())
     monkeypatch.setattr(launch, "_show", lambda folder: print(f"tables of {folder.name}"))
     monkeypatch.setattr("gpsec.running.results.load", lambda folder: None)
     monkeypatch.setattr("gpsec.report.make.write_report", fails(errno.ENOSPC))

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from gpsec.console.complaint import complain, say
-from gpsec.console.leftovers import Leftover, leftovers, temporary
 from gpsec.core.caches import stale
 from gpsec.core.errors import GpsecError
+from gpsec.running.leftovers import Leftover, leftovers, temporary
 
 _MEGABYTE = 1e6
 

@@ -166,7 +166,7 @@ def run(
       gpsec run somewhere/else.sumocfg --set 'plans=[{attack="drift", share=0.2}]'
       gpsec run scenarios/town --part mine.py:Zigzag --set 'plans=[{attack="zigzag"}]'
     """  # noqa: D301
-    from gpsec.console.launch import launch
+    from gpsec.console.launch import Output, launch
     from gpsec.console.live import live_run
     from gpsec.scenario.outside import Outside
     from gpsec.scenario.overrides import Override, parse_set
@@ -183,18 +183,8 @@ def run(
         ("log_vehicles",): (log_vehicles or None, "--log-vehicle"),
     }
     changes += [Override(key, value, flag) for key, (value, flag) in flags.items() if value is not None]
-    return launch(
-        scenarios,
-        changes,
-        outside=Outside(tuple(part or ()), allow_code),
-        out=out,
-        overwrite=overwrite,
-        jobs=jobs,
-        run=shown,
-        resume=resume,
-        report=report,
-        parquet=format_ == "parquet",
-    )
+    output = Output(out, overwrite, resume, report, format_ == "parquet")
+    return launch(scenarios, changes, output, jobs, shown, outside=Outside(tuple(part or ()), allow_code))
 
 
 @app.command("report")

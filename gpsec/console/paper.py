@@ -11,12 +11,12 @@ from rich.progress import Progress as RichProgress
 from gpsec.console.bars import Lines
 from gpsec.console.complaint import say
 from gpsec.console.terminal import messages
-from gpsec.console.workshop import occupied
 from gpsec.core.errors import GpsecError
 from gpsec.core.progress import DONE, Progress
 from gpsec.core.threads import cores
 from gpsec.paper.command import RUNS, make
 from gpsec.paper.studies import EVALUATION, TRAINING, Studies
+from gpsec.running.workshop import occupied
 
 
 def make_paper(out: Path, scenarios: Path, quick: bool, jobs: int | None) -> None:

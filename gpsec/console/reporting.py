@@ -6,7 +6,6 @@ from pathlib import Path
 from gpsec.console.bars import display
 from gpsec.console.complaint import say
 from gpsec.console.terminal import messages, tables
-from gpsec.console.workshop import settle
 from gpsec.core.errors import GpsecError, shown
 from gpsec.core.system import in_a_sentence
 from gpsec.report.comparison_page import write_comparison
@@ -17,6 +16,7 @@ from gpsec.report.stories import choose_stories, story_of
 from gpsec.report.terminal import story_parts
 from gpsec.report.traces import rows_of
 from gpsec.running.results import Results, load, write_spreadsheets
+from gpsec.running.workshop import settle
 from gpsec.scenario.outside import load_parts
 
 

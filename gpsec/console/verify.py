@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from gpsec.console.complaint import complain, say
-from gpsec.console.workshop import settle
 from gpsec.core.errors import GpsecError
 from gpsec.outcomes.digests import WHOLE, compared
 from gpsec.outcomes.manifests import read_manifest, stated_digests
+from gpsec.running.workshop import settle
 from gpsec.types.constants import MANIFEST
 
 NOT_WHOLE = 1

@@ -8,8 +8,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from multiprocessing import parent_process, resource_tracker
 from multiprocessing.connection import wait
+from multiprocessing.context import SpawnContext, SpawnProcess
 from multiprocessing.process import BaseProcess
 from pathlib import Path
+from typing import Any
 
 # There is a process for every core; more threads in libraries would only fight over them.
 _ONE_THREAD = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMEXPR_NUM_THREADS")
@@ -24,6 +26,27 @@ _CAUSES = {
     signal.SIGINT: "it was told to end",
     signal.SIGHUP: "it was told to end",
 }
+
+_HIDING = threading.Lock()
+
+
+class _Process(SpawnProcess):
+    """A process that does not import the program's main module.
+
+    A script that calls gpsec would begin anew in it, unless it minds ``if __name__ == "__main__"``.
+    """
+
+    def start(self) -> None:
+        with _main_module_hidden():
+            super().start()
+
+
+class _Spawn(SpawnContext):
+    Process = _Process
+
+
+SPAWN = _Spawn()
+"""Context of all processes whose work is gpsec's own: no function of the program's main module can be sent there."""
 
 
 def start(process: BaseProcess) -> None:
@@ -91,6 +114,19 @@ def _deaf_to_interrupts() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
+def _main_module_hidden() -> Iterator[None]:
+    """Keep from a process that is started where the main module is."""
+    main = vars(sys.modules["__main__"])
+    with _HIDING:
+        before: dict[str, Any] = {name: main[name] for name in ("__spec__", "__file__") if name in main}
+        main.update(dict.fromkeys(before))
+        try:
+            yield
+        finally:
+            main.update(before)
 
 
 @contextmanager

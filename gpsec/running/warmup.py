@@ -5,14 +5,13 @@ Otherwise all scenarios that run at once would compile all of them.
 """
 
 from collections.abc import Sequence
-from multiprocessing import get_context
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from gpsec.core.caches import can_keep, kernels_folder
 from gpsec.core.errors import GpsecError
 from gpsec.core.kernels import are_compiled, kept, note_rehearsal, only_compile
-from gpsec.core.processes import ignore_interrupts, redirect_output, start
+from gpsec.core.processes import SPAWN, ignore_interrupts, redirect_output, start
 from gpsec.core.progress import Progress, Report
 from gpsec.core.threads import cores
 from gpsec.scenario import Scenario
@@ -51,7 +50,7 @@ def _compile(batched: Sequence[Scenario], folder: Path) -> None:
     claims = folder / "claims"
     claims.mkdir()
     processes = [
-        get_context("spawn").Process(target=_rehearse, args=(batched, folder / str(number), claims), daemon=True)
+        SPAWN.Process(target=_rehearse, args=(batched, folder / str(number), claims), daemon=True)
         for number in range(min(cores(), _MOST_PROCESSES))
     ]
     try:

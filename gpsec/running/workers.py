@@ -16,7 +16,7 @@ from pathlib import Path
 
 from gpsec.core.errors import GpsecError, MachineError
 from gpsec.core.pipes import PeerGoneError, receive, send
-from gpsec.core.processes import end_with_parent, ended_early, ignore_interrupts, redirect_output, start
+from gpsec.core.processes import SPAWN, end_with_parent, ended_early, ignore_interrupts, redirect_output, start
 from gpsec.core.progress import DONE, FAILED, Progress, Report
 from gpsec.core.system import refusal
 from gpsec.running.warmup import compile_kernels
@@ -193,7 +193,8 @@ class _Worker:
 
 
 def _start(scenario: Scenario, work: Path, run: Run) -> _Worker:
-    context = get_context("spawn")
+    # A function of the main module can only be found where that is imported too.
+    context = get_context("spawn") if run.__module__ == "__main__" else SPAWN
     ours, theirs = context.Pipe(duplex=False)
     log = work / f".{scenario.name}.log"  # the dot keeps it apart from every scenario
     # Not a daemon: SUMO gets a process of its own below it, which ends when this one is gone.

@@ -10,13 +10,12 @@ Where the run is shown in sumo-gui, SUMO waits after every step for what the eva
 import os
 from collections.abc import Collection, Iterator, Mapping
 from functools import cached_property
-from multiprocessing import get_context
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 from gpsec.core.errors import GpsecError, MachineError
 from gpsec.core.pipes import PeerGoneError, receive, send
-from gpsec.core.processes import ended_early
+from gpsec.core.processes import SPAWN, ended_early
 from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.ring import CAPACITY, DEPTH, Head, Ring
 from gpsec.traffic.serving import serve
@@ -52,8 +51,7 @@ class RemoteSession:
         of vehicles for which there is shared memory; steps with more take the slower way. `delay_ms` shows the run in
         sumo-gui, with so much time for a step. What SUMO refuses is said when it is first asked for something.
         """
-        context = get_context("spawn")
-        blocks = context.RawArray("i", DEPTH * 2 * capacity), context.RawArray("d", DEPTH * capacity * 2)
+        blocks = SPAWN.RawArray("i", DEPTH * 2 * capacity), SPAWN.RawArray("d", DEPTH * capacity * 2)
         self.options = options
         self.sumo_s = 0.0
         self.read_s = 0.0
@@ -62,9 +60,9 @@ class RemoteSession:
         self.look: Look | None = None
         self._shown = delay_ms is not None
         self._ring = Ring(*blocks)
-        self._connection, theirs = context.Pipe()
+        self._connection, theirs = SPAWN.Pipe()
         arguments = (theirs, blocks, options, dict(lane_index), equip, delay_ms)
-        self._process = context.Process(target=serve, args=arguments, name="sumo", daemon=True)
+        self._process = SPAWN.Process(target=serve, args=arguments, name="sumo", daemon=True)
         self._process.start()
         theirs.close()
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from multiprocessing import active_children, get_context
+from multiprocessing import active_children
 from pathlib import Path
 from queue import Empty
 from time import perf_counter
@@ -17,6 +17,7 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedCo
 
 from gpsec.core import shipped
 from gpsec.core.errors import GpsecError, nearest, shown
+from gpsec.core.processes import SPAWN
 from gpsec.core.threads import cores
 from gpsec.detection.logs import ResidualLog
 from gpsec.detection.models import MATCHINGS, ProfileModel, bundled, load, save
@@ -206,11 +207,10 @@ class _Display:
 
         `keep` is told each result with its place in `work`, as soon as it is there.
         """
-        context = get_context("spawn")
-        queue = context.Queue()
+        queue = SPAWN.Queue()
         self._show(title, "", 0, len(work))
         with ProcessPoolExecutor(
-            processes, mp_context=context, initializer=_listen, initargs=(queue, self._folder), max_tasks_per_child=1
+            processes, mp_context=SPAWN, initializer=_listen, initargs=(queue, self._folder), max_tasks_per_child=1
         ) as pool:
             futures: list[Future[Any]] = [pool.submit(call, *arguments) for _, call, arguments in work]
             finished: set[int] = set()

@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 
 from gpsec import cli
-from gpsec.console.workshop import occupied
+from gpsec.running.workshop import occupied
 
 ROOT = Path(__file__).parents[2]
 

@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 import gpsec
-from gpsec.console.folders import resolved
 from gpsec.core.errors import GpsecError
 from gpsec.detection.models import build_detectors, load
 from gpsec.hdmap.map import load_map
+from gpsec.running.folders import resolved
 
 LEARNED = ("isolation_forest", "lstm")
 

@@ -7,12 +7,13 @@ from pathlib import Path
 import pytest
 
 from gpsec import cli
-from gpsec.console import cleaning, launch
-from gpsec.console.leftovers import leftovers
-from gpsec.console.publishing import COMPLETE
-from gpsec.console.workshop import workshop, workshop_of
+from gpsec.console import cleaning
 from gpsec.core.errors import GpsecError
+from gpsec.running import batch
+from gpsec.running.leftovers import leftovers
+from gpsec.running.publishing import COMPLETE
 from gpsec.running.workers import Outcome
+from gpsec.running.workshop import workshop, workshop_of
 
 FORMER_KERNELS = "0123456789abcdef"
 
@@ -137,8 +138,8 @@ def test_a_start_says_what_it_found(
     killed(here / "results" / "town", "town")
     killed(here / "results" / "other", "other")
     (here / "results" / "town" / COMPLETE).mkdir(parents=True)
-    monkeypatch.setattr(launch, "_missing", lambda groups: groups)
-    monkeypatch.setattr(launch, "run_scenarios", lambda *arguments: Outcome())
+    monkeypatch.setattr(batch, "_missing", lambda groups: groups)
+    monkeypatch.setattr(batch, "run_scenarios", lambda *arguments: Outcome())
     assert cli.main(["run", "town", *(["--resume"] if resume else [])]) == 0
     (line,) = capsys.readouterr().err.splitlines()
     results = here / "results"
@@ -155,6 +156,6 @@ def test_a_start_with_nothing_left_says_nothing(
 ) -> None:
     (here / "town").mkdir()
     (here / "town" / "town.sumocfg").touch()
-    monkeypatch.setattr(launch, "run_scenarios", lambda *arguments: Outcome())
+    monkeypatch.setattr(batch, "run_scenarios", lambda *arguments: Outcome())
     assert cli.main(["run", "town"]) == 0
     assert capsys.readouterr().err == ""

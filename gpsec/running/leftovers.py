@@ -10,9 +10,9 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from gpsec.console.workshop import LOCK, Workshop, discard, is_idle, occupied
 from gpsec.core.errors import GpsecError
 from gpsec.core.system import in_a_sentence
+from gpsec.running.workshop import LOCK, Workshop, discard, is_idle, occupied
 
 # Of a run; of one that was being removed, or of a scenario in the making; of the commands that make traffic and nets.
 _WORKSHOP = re.compile(r"\..+\.partial")

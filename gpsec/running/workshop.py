@@ -10,10 +10,10 @@ from contextlib import ExitStack, contextmanager, suppress
 from io import TextIOWrapper
 from pathlib import Path
 
-from gpsec.console.folders import resolved
-from gpsec.console.publishing import finish, is_finished
 from gpsec.core.errors import GpsecError, MachineError
 from gpsec.core.system import refusal
+from gpsec.running.folders import resolved
+from gpsec.running.publishing import finish, is_finished
 
 LOCK = ".lock"
 _TRIES = 100

@@ -11,10 +11,10 @@ from contextlib import suppress
 from itertools import count
 from pathlib import Path
 
-from gpsec.console.folders import check_output, written_by_runs
 from gpsec.core.disk import copy_attributes, exchange, link_tree, sync, sync_tree
 from gpsec.core.errors import GpsecError, MachineError
 from gpsec.core.system import refusal
+from gpsec.running.folders import check_output, written_by_runs
 from gpsec.types.constants import MANIFEST
 
 # The new run while it is copied; complete, while the former one is moved aside; while it is moved to its place.

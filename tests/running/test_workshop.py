@@ -7,10 +7,11 @@ from pathlib import Path
 import pytest
 
 from gpsec import cli
-from gpsec.console import launch, workshop
-from gpsec.console.publishing import COMPLETE
-from gpsec.console.workshop import occupied, settle, workshop_of, workshops
+from gpsec.console import launch
 from gpsec.core.errors import GpsecError
+from gpsec.running import batch, workshop
+from gpsec.running.publishing import COMPLETE
+from gpsec.running.workshop import occupied, settle, workshop_of, workshops
 
 
 def make(parent: Path, *names: str) -> None:
@@ -34,7 +35,7 @@ def test_runs_that_have_one_folder_in_common(
     arguments: list[str], here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     make(here, "a", "b", "c")
-    monkeypatch.setattr(launch, "run_scenarios", never_run)
+    monkeypatch.setattr(batch, "run_scenarios", never_run)
     with workshops([here / "results" / "a", here / "results" / "b"]):
         assert cli.main(["run", *arguments]) == 2
         assert "results/b: another run is being written there" in capsys.readouterr().err
@@ -53,11 +54,11 @@ def test_a_folder_is_ours_until_its_report_is_there(here: Path, monkeypatch: pyt
             pass
         refused.append(folder.name)
 
-    def publish(folder: Path, *arguments: object) -> None:
+    def publish(self: batch.Batch, folder: Path, *arguments: object) -> None:
         folder.mkdir()
 
-    monkeypatch.setattr(launch, "run_scenarios", lambda *arguments: Outcome(["a", "b"]))
-    monkeypatch.setattr(launch, "_publish", publish)
+    monkeypatch.setattr(batch, "run_scenarios", lambda *arguments: Outcome(["a", "b"]))
+    monkeypatch.setattr(batch.Batch, "_publish", publish)
     monkeypatch.setattr(launch, "_show", others_come)
     monkeypatch.setattr(launch, "_report", others_come)
     assert cli.main(["run", "a", "b"]) == 0

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from gpsec.console import publishing
-from gpsec.console.publishing import COMPLETE, COPIED, FORMER, MOVED, finish, is_finished, publish
 from gpsec.core.disk import exchange
 from gpsec.core.errors import GpsecError, MachineError
+from gpsec.running import publishing
+from gpsec.running.publishing import COMPLETE, COPIED, FORMER, MOVED, finish, is_finished, publish
 
 OLD = {"manifest.json": "old", "events.csv": "old", "steps.parquet": "old", "report.html": "old", "trace-a.html": "old"}
 NEW = {"manifest.json": "new", "events.csv": "new", "vehicles.csv": "new", "map.geojson": "new"}
