@@ -9,8 +9,8 @@ from gpsec.console.terminal import messages, tables
 from gpsec.core.errors import GpsecError, shown
 from gpsec.core.system import in_a_sentence
 from gpsec.report.comparison_page import write_comparison
-from gpsec.report.geography import write_places
 from gpsec.report.make import Steps, logged_steps, write_report, write_trace
+from gpsec.report.map import write_places
 from gpsec.report.resimulate import simulate
 from gpsec.report.stories import choose_stories, story_of
 from gpsec.report.terminal import story_parts

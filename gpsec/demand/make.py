@@ -8,8 +8,7 @@ from pathlib import Path
 
 from gpsec.core.errors import GpsecError
 from gpsec.core.system import refusal
-from gpsec.demand.flows import length_m, straight_flows
-from gpsec.demand.trips import random_trips
+from gpsec.demand.trips import length_m, random_trips, straight_flows
 from gpsec.demand.vehicles import document
 from gpsec.hdmap.net import Lane, read_net
 

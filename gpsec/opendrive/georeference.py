@@ -1,6 +1,6 @@
-"""Gives a map a geo-reference that PROJ, netconvert and gpsec understand."""
+"""Gives a map a geo-reference that PROJ, netconvert and gpsec understand, and turns it by the offset of its header."""
 
-from math import isfinite
+from math import cos, degrees, isfinite, sin
 from xml.etree.ElementTree import Element, SubElement
 
 import pyproj
@@ -71,3 +71,23 @@ def _mend_offset(root: Element, header: Element, definition: str) -> str:
     for key in ("x", "y"):
         offset.set(key, f"{-float(offset.get(key, '0')):.4f}")
     return "geo-reference: the header's offset had the wrong sign for its UTM zone, and was turned round"
+
+
+def turn_map(root: Element) -> str:
+    """Turn the roads of a map by the heading of its header's offset; return a sentence on it, or nothing.
+
+    A net has no such heading, so the map itself is turned. OpenDRIVE 1.8, 8.5: world = turned by `hdg` about the map's
+    origin, then moved by `x` and `y`.
+    """
+    offset = root.find("header/offset")
+    heading_rad = 0.0 if offset is None else float(offset.get("hdg", "0"))
+    if offset is None or heading_rad == 0.0:
+        return ""
+    ahead, left = cos(heading_rad), sin(heading_rad)
+    for geometry in root.iterfind("road/planView/geometry"):
+        x, y, heading = (float(geometry.get(key, "0")) for key in ("x", "y", "hdg"))
+        geometry.set("x", repr(ahead * x - left * y))
+        geometry.set("y", repr(left * x + ahead * y))
+        geometry.set("hdg", repr(heading + heading_rad))
+    offset.set("hdg", "0")
+    return f"the header's offset has a heading: the map was turned by {degrees(heading_rad):.6g} degrees"

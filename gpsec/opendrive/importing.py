@@ -10,7 +10,7 @@ from xml.etree.ElementTree import Element
 from gpsec.core.errors import GpsecError, shown
 from gpsec.core.system import refusal
 from gpsec.opendrive.check import CHECK_SPACING_M, Check, MapDeviation, check_lanes
-from gpsec.opendrive.georeference import set_georeference
+from gpsec.opendrive.georeference import set_georeference, turn_map
 from gpsec.opendrive.lanes import IMPORTED, centre_lines, check_lines
 from gpsec.opendrive.lefthand import map_keeps_left, mirror_map, mirror_net
 from gpsec.opendrive.lengths import DIFFERS_SHARE, differing
@@ -18,7 +18,6 @@ from gpsec.opendrive.mend import describe_net, mend_net
 from gpsec.opendrive.names import rename_for_netconvert, restore_names
 from gpsec.opendrive.netconvert import convert_map
 from gpsec.opendrive.netfile import NET_SUFFIX, NetLane, import_files, net_lanes
-from gpsec.opendrive.offset import turn_map
 from gpsec.opendrive.read import parse, roads
 from gpsec.opendrive.report import draw_check, write_csv
 from gpsec.opendrive.reshape import SPACING_M, reshape

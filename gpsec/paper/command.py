@@ -9,12 +9,11 @@ import pandas as pd
 from gpsec.core.progress import Progress, Report
 from gpsec.outcomes.paper import TABLES_II_TO_IV
 from gpsec.outcomes.tables import whole
-from gpsec.paper import figures, manifest, page, pool, tables
+from gpsec.paper import figures, page, pool, tables
 from gpsec.paper.benign import TABLE, evaluate, gather
 from gpsec.paper.pinning import pin
-from gpsec.paper.runs import Runs
+from gpsec.paper.runs import Runs, run_missing, write_runs
 from gpsec.paper.studies import CONSTANT_BIAS, CROWDED, EVALUATION, FURTHER_RATES, SET_UPS, STEALTH, TRAINING, Studies
-from gpsec.paper.suite import run_missing
 
 # Folder of the runs, below that of the tables.
 RUNS = "runs"
@@ -44,7 +43,7 @@ def make(out: Path, studies: Studies, jobs: int, report: Report) -> None:
     report(Progress("tables", stage="drawing figures"))
     drawn = figures.draw_figures(runs, out / "figures")
     page.write_readme(out / "README.md", runs.pinned, made, consistency, drawn)
-    manifest.write_runs(out / "manifest.json", runs)
+    write_runs(out / "manifest.json", runs)
 
 
 def run_all(folder: Path, studies: Studies, jobs: int, report: Report) -> Runs:

@@ -1,13 +1,16 @@
 """The map of a run: lanes and zones, where attacks began, were seen, and vehicles left their lane."""
 
+import json
 import math
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from gpsec.outcomes.places import ATTACK_BEGAN, DETECTED, LEFT_LANE
+from gpsec.outcomes.tables import whole
 from gpsec.report.figure_data import Figure, Series, group_name
 from gpsec.report.figures import defences_of, detectors_of
 from gpsec.running.results import Results
@@ -101,3 +104,31 @@ def _joined(lines: Sequence[Any], middle: np.ndarray) -> tuple[list[float], list
         x += [*east, math.nan]
         y += [*north, math.nan]
     return x, y
+
+
+PLACES = "places.geojson"
+
+
+def write_places(run: Results, path: Path | None = None) -> Path:
+    """Write lanes, zones and what happened where as one collection (RFC 7946), and return its path."""
+    features: list[dict[str, Any]] = []
+    for stated in run.scenarios:
+        for feature in run.map(stated["scenario"]):
+            features.append(feature | {"properties": {"scenario": stated["scenario"]} | feature["properties"]})
+    for row in run.places.astype(object).to_dict("records"):
+        properties = {
+            "scenario": row["scenario"],
+            "kind": row["what"],
+            "by": None if pd.isna(row["by"]) else row["by"],
+            "attack": row["attack"],
+            "vehicle_id": row["vehicle_id"],
+            "profile": row["profile"],
+            "time_s": round(row["time_s"], 3),
+        }
+        point = {"type": "Point", "coordinates": [row["lon_deg"], row["lat_deg"]]}
+        features.append({"type": "Feature", "properties": properties, "geometry": point})
+    target = path or run.folder / PLACES
+    with whole(target) as partial:
+        text = json.dumps({"type": "FeatureCollection", "features": features}, separators=(",", ":"))
+        partial.write_text(text + "\n", encoding="utf-8")
+    return target

@@ -10,8 +10,8 @@ import pytest
 
 from gpsec import cli
 from gpsec.demand import trips
-from gpsec.demand.flows import straight_flows
 from gpsec.demand.make import make_demand, suitable_period_s
+from gpsec.demand.trips import straight_flows
 from gpsec.hdmap.net import Lane
 from gpsec.sumo.tools import run_program
 

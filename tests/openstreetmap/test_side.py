@@ -6,8 +6,7 @@ import pytest
 import shapely
 
 from gpsec.openstreetmap.extract import Extract, read_extract
-from gpsec.openstreetmap.outlines import LEFT_HAND
-from gpsec.openstreetmap.side import extract_keeps_left
+from gpsec.openstreetmap.side import LEFT_HAND, extract_keeps_left
 
 from .maps import Way, document, ring, write
 

@@ -8,8 +8,8 @@ import pytest
 
 from gpsec.core.errors import GpsecError
 from gpsec.hdmap.net import read_net
+from gpsec.opendrive.georeference import turn_map
 from gpsec.opendrive.importing import import_map
-from gpsec.opendrive.offset import turn_map
 from gpsec.opendrive.read import parse
 
 from .maps import LINE, document, lane, road, section, write

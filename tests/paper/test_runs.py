@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 
 from gpsec.core.errors import GpsecError
-from gpsec.paper import suite
+from gpsec.paper import runs
 from gpsec.running.workers import Failure, Outcome
 from gpsec.scenario import load_scenario
 
@@ -19,7 +19,7 @@ SCENARIO = load_scenario(Path(__file__).parents[2] / "scenarios" / "slow_curve")
     ],
 )
 def test_a_run_that_is_missing_is_said(tmp_path, monkeypatch, outcome, error, said):
-    monkeypatch.setattr(suite, "run_scenarios", lambda *args: outcome)
+    monkeypatch.setattr(runs, "run_scenarios", lambda *args: outcome)
     with pytest.raises(error, match=said):
-        suite.run_missing([SCENARIO], tmp_path / "runs", 1, lambda progress: None)
+        runs.run_missing([SCENARIO], tmp_path / "runs", 1, lambda progress: None)
     assert (tmp_path / "runs").is_dir()
