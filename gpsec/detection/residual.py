@@ -1,32 +1,16 @@
 """The residual z = d_camera - d_map(fix) of every track, ten times a second."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 from gpsec.core.arrays import Ints
 from gpsec.core.kernels import kernel
 from gpsec.core.threads import Threads
 from gpsec.detection.pairing import DetectionClock, Pending, Sampling, grow_older, keep_fix, keep_lane, take_pair
-from gpsec.hdmap.arrays import MapArrays, MatchIndex, Pose
+from gpsec.hdmap.arrays import MapView, Pose
 from gpsec.hdmap.matching import offset_on
 from gpsec.hdmap.search import MIN_COS, TRACKED, match
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Measurements, Vehicles
-
-
-class MapView(NamedTuple):
-    """The HD map as vehicles see it.
-
-    Attributes:
-        lanes, lookup: the map.
-        mode: how to match.
-        layer: (P,) the layer of each profile.
-    """
-
-    lanes: MapArrays
-    lookup: MatchIndex
-    mode: int
-    layer: Ints
 
 
 @kernel

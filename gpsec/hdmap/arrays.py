@@ -123,3 +123,18 @@ class MatchIndex(NamedTuple):
     grid_cell_m: Floats
     grid_columns: Ints
     grid_rows: Ints
+
+
+class MapView(NamedTuple):
+    """The HD map as vehicles see it.
+
+    Attributes:
+        lanes, lookup: the map.
+        mode: how to match.
+        layer: (P,) the layer of each profile.
+    """
+
+    lanes: MapArrays
+    lookup: MatchIndex
+    mode: int
+    layer: Ints

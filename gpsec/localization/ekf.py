@@ -10,12 +10,18 @@ from math import cos, exp, sin, sqrt
 from gpsec.core.arrays import Floats
 from gpsec.core.geo import dead_reckon, wrap_angle
 from gpsec.core.kernels import inline
-from gpsec.localization.noise_table import LASTING_ERROR_S, NoiseTable
+from gpsec.localization.noise import LASTING_ERROR_S, FilterNoise
 
 
 @inline
 def start(
-    mean: Floats, covariance: Floats, table: NoiseTable, profile: int, x_m: float, y_m: float, heading_rad: float
+    mean: Floats,
+    covariance: Floats,
+    table: FilterNoise[Floats],
+    profile: int,
+    x_m: float,
+    y_m: float,
+    heading_rad: float,
 ) -> None:
     """Start a filter at its first fix: position = fix - slow error, so the two are correlated from the beginning."""
     bias = table.gnss_bias_m[profile] ** 2
@@ -36,7 +42,7 @@ def start(
 
 @inline
 def process_noise(
-    table: NoiseTable, profile: int, speed_mps: float, yaw_sigma_rad: float, step_s: float
+    table: FilterNoise[Floats], profile: int, speed_mps: float, yaw_sigma_rad: float, step_s: float
 ) -> tuple[float, float, float]:
     """Return the variances that a step adds along the body, across it, and to yaw.
 
@@ -55,7 +61,7 @@ def process_noise(
 def predict(
     mean: Floats,
     covariance: Floats,
-    table: NoiseTable,
+    table: FilterNoise[Floats],
     profile: int,
     speed_mps: float,
     yaw_rate_rps: float,

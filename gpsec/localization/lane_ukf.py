@@ -18,7 +18,7 @@ from gpsec.hdmap.arrays import MapArrays, MatchIndex, Pose
 from gpsec.hdmap.matching import view_on
 from gpsec.hdmap.search import MIN_COS, TRACKED, match
 from gpsec.localization.learning import GYRO, SCALE, SLOW
-from gpsec.localization.noise_table import NoiseTable
+from gpsec.localization.noise import FilterNoise
 from gpsec.localization.ukf import NEAR
 
 ACTIVE = 6
@@ -43,7 +43,7 @@ def room() -> Room:
 
 
 @inline
-def camera_noise(table: NoiseTable, profile: int, stated_m: float) -> tuple[float, float]:
+def camera_noise(table: FilterNoise[Floats], profile: int, stated_m: float) -> tuple[float, float]:
     """Return σ of the white parts of C0 and of C1, from the σ that the camera states for C0.
 
     What is stated includes the slow errors. A shorter view r of the lane makes the white part of C0 grow with r^(-1/2),

@@ -14,7 +14,7 @@ from gpsec.core.arrays import Floats
 from gpsec.core.geo import dead_reckon, wrap_angle
 from gpsec.core.kernels import inline
 from gpsec.localization import ekf
-from gpsec.localization.noise_table import NoiseTable
+from gpsec.localization.noise import FilterNoise
 from gpsec.localization.ukf import YAW_SIGMAS
 
 # Filter state: that of the EKF, scale error of the odometer (ratio) and bias of the gyro (rad/s).
@@ -24,7 +24,13 @@ SLOW, SLOW_NORTH, SCALE, GYRO = 3, 4, 5, 6
 
 @inline
 def start(
-    mean: Floats, covariance: Floats, table: NoiseTable, profile: int, x_m: float, y_m: float, heading_rad: float
+    mean: Floats,
+    covariance: Floats,
+    table: FilterNoise[Floats],
+    profile: int,
+    x_m: float,
+    y_m: float,
+    heading_rad: float,
 ) -> None:
     """Start a filter at its first fix; of scale and bias it knows the data sheet."""
     ekf.start(mean, covariance, table, profile, x_m, y_m, heading_rad)
@@ -38,7 +44,7 @@ def start(
 def predict(
     mean: Floats,
     covariance: Floats,
-    table: NoiseTable,
+    table: FilterNoise[Floats],
     profile: int,
     speed_mps: float,
     yaw_rate_rps: float,
@@ -131,7 +137,7 @@ def update(mean: Floats, covariance: Floats, innovation: Floats, x_m: float, y_m
 
 
 @inline
-def isolate(mean: Floats, covariance: Floats, table: NoiseTable, profile: int) -> None:
+def isolate(mean: Floats, covariance: Floats, table: FilterNoise[Floats], profile: int) -> None:
     """Put the camera's slow error, of which nothing is known yet, in the place of that of GNSS."""
     for axis in (SLOW, SLOW_NORTH):
         mean[axis] = 0.0
@@ -154,7 +160,7 @@ def drop_polluted_yaw(mean: Floats, covariance: Floats, heading_rad: float, sigm
 
 
 @inline
-def trust_again(mean: Floats, covariance: Floats, table: NoiseTable, profile: int) -> None:
+def trust_again(mean: Floats, covariance: Floats, table: FilterNoise[Floats], profile: int) -> None:
     """Put the slow GNSS error back, as unknown as at the start; scale and bias stay learnt."""
     isolate(mean, covariance, table, profile)
     covariance[SLOW, SLOW] = table.gnss_bias_m[profile] ** 2

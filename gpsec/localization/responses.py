@@ -2,33 +2,28 @@
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
-from gpsec.core.arrays import Flags, Ints
-from gpsec.hdmap.arrays import MapArrays, MatchIndex
-from gpsec.localization.noise_table import NoiseTable
-from gpsec.localization.past import Journey, Recall
+from gpsec.core.arrays import Flags, Floats, Ints
+from gpsec.hdmap.arrays import MapView
+from gpsec.localization.history import History, Recall
+from gpsec.localization.noise import FilterNoise
 from gpsec.localization.state import FilterState
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Measurements, Vehicles
 
 
-@dataclass(frozen=True)
-class World:
+class World(NamedTuple):
     """What filters work with in every step.
 
     Attributes:
-        lanes, index: the HD map; mode: how to match; layer: (Q,) the map layer of each profile.
-        table: sensor figures of the profiles.
+        view: the HD map.
+        noise: sensor figures of the profiles.
         step_s: length of a step.
-
     """
 
-    lanes: MapArrays
-    index: MatchIndex
-    mode: int
-    layer: Ints
-    table: NoiseTable
+    view: MapView
+    noise: FilterNoise[Floats]
     step_s: float
 
 
@@ -68,7 +63,7 @@ class Response(ABC):
         self,
         cells: Cells,
         filters: FilterState,
-        journey: Journey,
+        history: History,
         tracks: Tracks,
         vehicles: Vehicles,
         world: World,

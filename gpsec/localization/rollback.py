@@ -4,13 +4,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from gpsec.core.arrays import Ints
+from gpsec.core.arrays import Floats, Ints
 from gpsec.core.kernels import kernel
 from gpsec.hdmap.arrays import MapArrays, MatchIndex
 from gpsec.localization import ukf
 from gpsec.localization.camera_ukf import CameraUkf
-from gpsec.localization.noise_table import NoiseTable
-from gpsec.localization.past import Journey, JourneyArrays, Recall, entry, keep, restore
+from gpsec.localization.history import History, Recall, entry, keep, restore
+from gpsec.localization.noise import FilterNoise
 from gpsec.localization.responses import Cells, World
 from gpsec.localization.state import FilterArrays, FilterState
 from gpsec.types.tracks import Tracks
@@ -27,7 +27,7 @@ class Rollback(CameraUkf):
         self,
         cells: Cells,
         filters: FilterState,
-        journey: Journey,
+        history: History,
         tracks: Tracks,
         vehicles: Vehicles,
         world: World,
@@ -38,15 +38,15 @@ class Rollback(CameraUkf):
             cells.row,
             cells.defence,
             filters.arrays(),
-            journey.arrays(),
+            history,
             recall,
             self._weights,
             np.empty(ukf.NEAR, np.int32),
-            world.lanes,
-            world.index,
-            world.mode,
-            world.layer,
-            world.table,
+            world.view.lanes,
+            world.view.lookup,
+            world.view.mode,
+            world.view.layer,
+            world.noise,
             world.step_s,
             tracks.vehicle,
             vehicles.profile,
@@ -58,7 +58,7 @@ def _rewind(
     row: Ints,
     defence: Ints,
     filters: FilterArrays,
-    journey: JourneyArrays,
+    history: History,
     recall: Recall,
     weights: ukf.SigmaWeights,
     near: Ints,
@@ -66,7 +66,7 @@ def _rewind(
     index: MatchIndex,
     mode: int,
     layer: Ints,
-    table: NoiseTable,
+    table: FilterNoise[Floats],
     step_s: float,
     vehicle: Ints,
     profile: Ints,
@@ -81,18 +81,18 @@ def _rewind(
         last = filters.steps[r] - 1
         first, isolated = restore(filters, r, d, recall)
         for step in range(first, last + 1):
-            at = entry(journey, v, last - step)
-            speed_mps = journey.motion[v, at, 0]
-            yaw_rate_rps = journey.motion[v, at, 1]
+            at = entry(history, v, last - step)
+            speed_mps = history.motion[v, at, 0]
+            yaw_rate_rps = history.motion[v, at, 1]
             if step > first:
                 # What was kept since then may be spoofed.
                 keep(filters, r, d, step, recall.interval, True)
             elif not isolated:
-                heading = journey.motion[v, at, 2] - yaw_rate_rps * step_s
+                heading = history.motion[v, at, 2] - yaw_rate_rps * step_s
                 ukf.drop_polluted_yaw(mean, covariance, heading, table.heading_rad[q])
             ukf.predict(mean, covariance, table, q, speed_mps, yaw_rate_rps, step_s)
             filters.isolated_way_m[r, d] += abs(speed_mps) * step_s
-            if step == last or journey.lane[v, at] < 0:
+            if step == last or history.lane[v, at] < 0:
                 continue
             filters.segment[r, d], repaired = ukf.update(
                 mean,
@@ -102,10 +102,10 @@ def _rewind(
                 index,
                 mode,
                 layer[q],
-                journey.lane[v, at],
+                history.lane[v, at],
                 filters.segment[r, d],
-                -journey.camera[v, at, 0],
-                journey.camera[v, at, 2],
+                -history.camera[v, at, 0],
+                history.camera[v, at, 2],
                 near,
             )
             filters.repairs[r, d] += repaired

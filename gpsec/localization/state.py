@@ -59,7 +59,7 @@ class FilterState(Rows):
         steps: (M,) steps since the first fix.
         past_column: (M, D) where the past of a defence's filter is kept, -1 where it is not.
         past_mean, past_covariance, past_isolated: (M, R, B, …) ring of what a filter was at B times, for those R
-            defences that roll back; the covariances by their lower triangles. `gpsec.localization.past`.
+            defences that roll back; the covariances by their lower triangles. `gpsec.localization.history`.
         mean: (M, D, S) east and north of the rear axle (m), yaw (rad), slow GNSS error east and north (m). This and
             what follows is meaningful where a defence leads. Where a response of the run learns, there is room for
             two states more, the scale error of the odometer (ratio) and the bias of the gyro (rad/s), which

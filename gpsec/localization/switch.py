@@ -13,10 +13,11 @@ import numpy as np
 
 from gpsec.core.arrays import Flags, Floats, Ints
 from gpsec.core.kernels import inline, kernel
+from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
 from gpsec.localization import ekf, learning, ukf
-from gpsec.localization.noise_table import NoiseTable
-from gpsec.localization.past import SNAPSHOTS, Journey, Recall, keep
+from gpsec.localization.history import SNAPSHOTS, History, Recall, keep, record
+from gpsec.localization.noise import FilterNoise
 from gpsec.localization.responses import Cells, Response, World
 from gpsec.localization.state import STATES, FilterArrays, FilterState, part
 from gpsec.types.tracks import SAMPLE_S, Tracks
@@ -83,14 +84,14 @@ class Localization:
         states = learning.LEARNING_STATES if self._learns.any() else STATES
         return FilterState.empty(capacity, self._leader, states, np.flatnonzero(self._rolls_back).tolist(), SNAPSHOTS)
 
-    def new_journey(self) -> Journey:
-        """Return a journey in which nothing is recorded; it grows with the vehicles."""
-        return Journey.empty(1, self.recall.steps)
+    def new_history(self) -> Table[History]:
+        """Return a history in which nothing is recorded; it grows with the vehicles."""
+        return Table(History, steps=self.recall.steps)
 
     def step(
         self,
         filters: FilterState,
-        journey: Journey,
+        history: Table[History],
         rows: Ints,
         tracks: Tracks,
         vehicles: Vehicles,
@@ -101,12 +102,12 @@ class Localization:
     ) -> None:
         """Take one step with the track rows `rows`; `alarm` is (M, K), and `lap` is told what was done."""
         if self._rolls_back.any():
-            journey.record(rows, tracks, vehicles, seen)
+            record(rows, history, tracks, vehicles, seen)
         threads.run(self._propagate, rows, filters, tracks, vehicles, seen, alarm)
         lap("EKF")
         isolated = rows[filters.isolated[rows].any(axis=1)]
         if len(isolated):
-            threads.run(self._correct, isolated, filters, journey, tracks, vehicles, seen, alarm)
+            threads.run(self._correct, isolated, filters, history, tracks, vehicles, seen, alarm)
         lap("UKF")
 
     def _room(self) -> Ints:
@@ -131,7 +132,7 @@ class Localization:
             self._learns,
             self._rolls_back,
             alarm,
-            world.table,
+            world.noise,
             world.step_s,
             settings.outage_s,
             self.recall.interval,
@@ -150,7 +151,7 @@ class Localization:
         self,
         rows: Ints,
         filters: FilterState,
-        journey: Journey,
+        history: Table[History],
         tracks: Tracks,
         vehicles: Vehicles,
         seen: Measurements,
@@ -165,14 +166,14 @@ class Localization:
             if len(row):
                 cells = Cells(row, column, filters.entered[row, column])
                 if response.rolls_back:
-                    self._rewind(response, cells, filters, journey, tracks, vehicles)
+                    self._rewind(response, cells, filters, history, tracks, vehicles)
                 response.correct(cells, filters, tracks, vehicles, seen, world)
         _rejoin(
             rows,
             self.detector,
             self._learns,
             alarm,
-            world.table,
+            world.noise,
             world.step_s,
             settings.hold_s,
             settings.rejoin_s,
@@ -191,18 +192,18 @@ class Localization:
         response: Response,
         cells: Cells,
         filters: FilterState,
-        journey: Journey,
+        history: Table[History],
         tracks: Tracks,
         vehicles: Vehicles,
     ) -> None:
         """Let those cells go back that an alarm has isolated in this step; fixes that were lost have spoilt nothing."""
         world = self.world
-        period_s = world.table.gnss_period_s[vehicles.profile[tracks.vehicle[cells.row]]]
+        period_s = world.noise.gnss_period_s[vehicles.profile[tracks.vehicle[cells.row]]]
         lost = filters.fix_age_s[cells.row] > np.maximum(self.settings.outage_s, _OUTAGE_PERIODS * period_s)
         back = cells.entered & ~lost
         if back.any():
             alarmed = Cells(cells.row[back], cells.defence[back], cells.entered[back])
-            response.rewind(alarmed, filters, journey, tracks, vehicles, world, self.recall)
+            response.rewind(alarmed, filters, history.now, tracks, vehicles, world, self.recall)
 
 
 @kernel
@@ -213,7 +214,7 @@ def _propagate(
     learns: Flags,
     rolls_back: Flags,
     alarm: Flags,
-    table: NoiseTable,
+    table: FilterNoise[Floats],
     step_s: float,
     outage_s: float,
     interval: int,
@@ -311,7 +312,7 @@ def _rejoin(
     detector: Ints,
     learns: Flags,
     alarm: Flags,
-    table: NoiseTable,
+    table: FilterNoise[Floats],
     step_s: float,
     hold_s: float,
     rejoin_s: float,
@@ -372,7 +373,7 @@ def _along(filters: FilterArrays, row: int, d: int, x_m: float, y_m: float) -> t
 
 
 @inline
-def _drift(filters: FilterArrays, row: int, d: int, learns: bool, table: NoiseTable, profile: int) -> float:
+def _drift(filters: FilterArrays, row: int, d: int, learns: bool, table: FilterNoise[Floats], profile: int) -> float:
     """Return the variance along the way that the odometer's scale error has made in isolation.
 
     A filter that has learnt its scale has this in its covariance.
@@ -384,7 +385,14 @@ def _drift(filters: FilterArrays, row: int, d: int, learns: bool, table: NoiseTa
 
 @inline
 def _is_near(
-    filters: FilterArrays, row: int, d: int, learns: bool, table: NoiseTable, profile: int, x_m: float, y_m: float
+    filters: FilterArrays,
+    row: int,
+    d: int,
+    learns: bool,
+    table: FilterNoise[Floats],
+    profile: int,
+    x_m: float,
+    y_m: float,
 ) -> bool:
     P = filters.covariance[row, d]
     ux, uy, along = _along(filters, row, d, x_m, y_m)
@@ -399,7 +407,14 @@ def _is_near(
 
 @inline
 def _trust_again(
-    filters: FilterArrays, row: int, d: int, learns: bool, table: NoiseTable, profile: int, x_m: float, y_m: float
+    filters: FilterArrays,
+    row: int,
+    d: int,
+    learns: bool,
+    table: FilterNoise[Floats],
+    profile: int,
+    x_m: float,
+    y_m: float,
 ) -> None:
     """Let GNSS move the estimate along the lane by what was found; its slow error is as unknown as at the start."""
     m = filters.mean[row, d]

@@ -17,7 +17,7 @@ from gpsec.hdmap.arrays import MapArrays, MatchIndex, Pose
 from gpsec.hdmap.matching import offset_on
 from gpsec.hdmap.search import MIN_COS, TRACKED, match
 from gpsec.localization.ekf import process_noise
-from gpsec.localization.noise_table import NoiseTable
+from gpsec.localization.noise import FilterNoise
 
 # alpha = 1 and kappa = 1 put the points at sqrt(3) standard deviations, which matches the fourth moment of a Gaussian
 # in two dimensions (Julier and Uhlmann, 2004: n + kappa = 3).
@@ -66,7 +66,7 @@ def drop_polluted_yaw(mean: Floats, covariance: Floats, heading_rad: float, sigm
 def predict(
     mean: Floats,
     covariance: Floats,
-    table: NoiseTable,
+    table: FilterNoise[Floats],
     profile: int,
     speed_mps: float,
     yaw_rate_rps: float,

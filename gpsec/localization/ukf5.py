@@ -6,7 +6,7 @@ from gpsec.core.arrays import Flags, Floats, Ints
 from gpsec.core.kernels import kernel
 from gpsec.hdmap.arrays import MapArrays, MatchIndex
 from gpsec.localization import lane_ukf
-from gpsec.localization.noise_table import NoiseTable
+from gpsec.localization.noise import FilterNoise
 from gpsec.localization.responses import Cells, Response, World
 from gpsec.localization.state import FilterState
 from gpsec.types.tracks import Tracks
@@ -31,11 +31,11 @@ class Ukf5(Response):
             filters.segment,
             filters.repairs,
             lane_ukf.room(),
-            world.lanes,
-            world.index,
-            world.mode,
-            world.layer,
-            world.table,
+            world.view.lanes,
+            world.view.lookup,
+            world.view.mode,
+            world.view.layer,
+            world.noise,
             tracks.vehicle,
             vehicles.profile,
             vehicles.lane,
@@ -58,7 +58,7 @@ def _correct(
     index: MatchIndex,
     mode: int,
     layer: Ints,
-    table: NoiseTable,
+    table: FilterNoise[Floats],
     vehicle: Ints,
     profile: Ints,
     lane: Ints,

@@ -10,7 +10,7 @@ from gpsec.core.threads import Threads
 from gpsec.detection.alarm import AlarmState
 from gpsec.detection.base import LabelledDetector, Observation, Verdict
 from gpsec.detection.pairing import Pending
-from gpsec.detection.residual import MapView, Residuals
+from gpsec.detection.residual import Residuals
 from gpsec.detection.watchers import Watchers
 from gpsec.localization.responses import World
 from gpsec.localization.state import FilterState, report
@@ -27,13 +27,13 @@ class BatchedMethod:
         self._world = world
         self._watchers = watchers
         self._localization = localization
-        self._residuals = Residuals(MapView(world.lanes, world.index, world.mode, world.layer), watchers.sampling)
+        self._residuals = Residuals(world.view, watchers.sampling)
         self._pending = Table(Pending)
         self._detector_states: list[AlarmState | None] = [
             None if isinstance(detector, LabelledDetector) else detector.new_state(1) for detector in watchers.detectors
         ]
         self._filters: FilterState = localization.new_state(1)
-        self._journey = localization.new_journey()
+        self._history = localization.new_history()
         lengths = {"detectors": len(watchers.names), "defences": len(localization.responses)}
         self._answers = Table(Answers, **lengths)
 
@@ -86,7 +86,7 @@ class BatchedMethod:
         self._detect(rows, tracks, vehicles, seen, threads, watch)
         filters = self._filters
         self._localization.step(
-            filters, self._journey, rows, tracks, vehicles, seen, self.answers.alarm, threads, watch.lap
+            filters, self._history, rows, tracks, vehicles, seen, self.answers.alarm, threads, watch.lap
         )
         threads.run(report, rows, filters.arrays(), self.answers.estimate_m, self.answers.isolated)
         watch.lap("outcomes")

@@ -12,9 +12,10 @@ from gpsec.attacks.zones import plans_from_zones, zone_keys
 from gpsec.detection.models import build_detectors, load, thresholds_for
 from gpsec.detection.pairing import Sampling
 from gpsec.detection.watchers import Watchers
+from gpsec.hdmap.arrays import MapView
 from gpsec.hdmap.map import HDMap, load_map
 from gpsec.hdmap.search import MODES
-from gpsec.localization.noise_table import noise_table
+from gpsec.localization.noise import noise_table
 from gpsec.localization.registry import RESPONSES
 from gpsec.localization.responses import World
 from gpsec.localization.switch import Localization, SwitchSettings
@@ -70,14 +71,10 @@ def lay_ground(scenario: Scenario) -> Ground:
     choice = FleetChoice(scenario.seed, scenario.fleet.equipped_share, scenario.fleet.profile, names)
     profiles = tuple(PROFILES[name] for name in names)
     hd_map = load_map(options.net_file, tuple(profile.map_spacing_m for profile in profiles))
-    world = World(
-        lanes=hd_map.lanes,
-        index=hd_map.index,
-        mode=MODES[scenario.fleet.matching],
-        layer=np.array([hd_map.layer(profile.map_spacing_m) for profile in profiles], np.int32),
-        table=noise_table([filter_noise(profile, options.step_s) for profile in profiles]),
-        step_s=options.step_s,
-    )
+    layers = np.array([hd_map.layer(profile.map_spacing_m) for profile in profiles], np.int32)
+    noise = noise_table([filter_noise(profile, options.step_s) for profile in profiles])
+    view = MapView(hd_map.lanes, hd_map.index, MODES[scenario.fleet.matching], layers)
+    world = World(view, noise, options.step_s)
     return Ground(options, choice, hd_map, Sensors(profiles, options.step_s), world)
 
 

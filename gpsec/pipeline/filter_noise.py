@@ -2,11 +2,11 @@
 
 from math import pi, radians, sqrt
 
-from gpsec.localization.noise_table import FilterNoise
+from gpsec.localization.noise import FilterNoise
 from gpsec.sensors.profiles import SensorProfile, residual_sigma_m
 
 
-def filter_noise(profile: SensorProfile, step_s: float) -> FilterNoise:
+def filter_noise(profile: SensorProfile, step_s: float) -> FilterNoise[float]:
     """Return the figures of a profile for filters that run at `step_s`."""
     # Over the time in which a sample is held, its error lasts, and that of the way grows like it, not like its root.
     held_steps = max(1.0 / profile.odometer.rate_hz / step_s, 1.0)

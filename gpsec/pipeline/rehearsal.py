@@ -84,8 +84,8 @@ def _correct(scenario: Scenario) -> None:
         filters, tracks, vehicles = localization.new_state(1), Table(Tracks, 1).now, Table(Vehicles, 1).now
         response.correct(cells, filters, tracks, vehicles, Table(Measurements, 1).now, ground.world)
         if response.rolls_back:
-            journey, recall = localization.new_journey(), localization.recall
-            response.rewind(cells, filters, journey, tracks, vehicles, ground.world, recall)
+            history, recall = localization.new_history().now, localization.recall
+            response.rewind(cells, filters, history, tracks, vehicles, ground.world, recall)
 
 
 def _hurried(scenario: Scenario) -> Scenario:

@@ -6,7 +6,7 @@ import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints, UnscentedKalmanFilter
 
 from gpsec.core.arrays import Floats
-from gpsec.localization.noise_table import LASTING_ERROR_S, FilterNoise
+from gpsec.localization.noise import LASTING_ERROR_S, FilterNoise
 from gpsec.reference.matching import LaneMatcher
 from gpsec.reference.sight import Sight
 
@@ -20,7 +20,7 @@ class GnssEkf:
     # What a fix measures: position plus slow error.
     _H = np.array([[1.0, 0.0, 0.0, 1.0, 0.0], [0.0, 1.0, 0.0, 0.0, 1.0]])
 
-    def __init__(self, noise: FilterNoise, mean: Floats, covariance: Floats) -> None:
+    def __init__(self, noise: FilterNoise[float], mean: Floats, covariance: Floats) -> None:
         self.noise = noise
         self._filter = ExtendedKalmanFilter(dim_x=5, dim_z=2)
         self._filter.x, self._filter.P = mean, covariance
@@ -28,7 +28,7 @@ class GnssEkf:
         self.nis: float | None = None
 
     @classmethod
-    def at_first_fix(cls, noise: FilterNoise, fix_m: Floats, heading_rad: float) -> "GnssEkf":
+    def at_first_fix(cls, noise: FilterNoise[float], fix_m: Floats, heading_rad: float) -> "GnssEkf":
         """Start at a fix: position = fix - white error - slow error, so that position and slow error are correlated."""
         P = np.zeros((5, 5))
         slow = noise.gnss_bias_m**2 * np.eye(2)
@@ -78,7 +78,7 @@ class PositionUkf:
     """State east and north, with yaw beside it; the camera's lane offset is observed through the HD map."""
 
     def __init__(
-        self, noise: FilterNoise, position_m: Floats, covariance: Floats, yaw_rad: float, yaw_variance: float
+        self, noise: FilterNoise[float], position_m: Floats, covariance: Floats, yaw_rad: float, yaw_variance: float
     ) -> None:
         self._noise = noise
         points = MerweScaledSigmaPoints(n=2, alpha=1.0, beta=2.0, kappa=1.0)
@@ -158,7 +158,7 @@ def arc(yaw_rad: float, length_m: float, turn_rad: float) -> Floats:
 
 
 def position_noise(
-    noise: FilterNoise, course_rad: float, speed_mps: float, yaw_variance: float, step_s: float
+    noise: FilterNoise[float], course_rad: float, speed_mps: float, yaw_variance: float, step_s: float
 ) -> Floats:
     """Return the (2, 2) process noise of a step: odometer noise along the course, unknown yaw across it."""
     lasting = step_s * LASTING_ERROR_S
@@ -169,7 +169,7 @@ def position_noise(
     return turned
 
 
-def yaw_noise(noise: FilterNoise, step_s: float) -> float:
+def yaw_noise(noise: FilterNoise[float], step_s: float) -> float:
     """Return the variance that the gyro adds to yaw in a step."""
     return (noise.gyro_white_rps * step_s) ** 2 + noise.gyro_bias_rps**2 * step_s * LASTING_ERROR_S
 

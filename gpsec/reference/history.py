@@ -4,7 +4,7 @@ from copy import deepcopy
 from dataclasses import dataclass
 from math import ceil
 
-from gpsec.localization.noise_table import FilterNoise
+from gpsec.localization.noise import FilterNoise
 from gpsec.localization.switch import SwitchSettings
 from gpsec.reference.filters import GnssEkf, PositionUkf, wrapped
 from gpsec.reference.learning import LaneUkf, LearningEkf
@@ -26,7 +26,7 @@ class Rules:
 
     """
 
-    noise: FilterNoise
+    noise: FilterNoise[float]
     settings: SwitchSettings
     step_s: float
 
@@ -51,7 +51,7 @@ def heading_before(sight: Sight, step_s: float) -> float:
     return sight.heading_rad - sight.yaw_rate_rps * step_s
 
 
-def isolated(ekf: GnssEkf | LearningEkf, heading_rad: float | None, noise: FilterNoise) -> PositionUkf | LaneUkf:
+def isolated(ekf: GnssEkf | LearningEkf, heading_rad: float | None, noise: FilterNoise[float]) -> PositionUkf | LaneUkf:
     """Return a filter that goes on without GNSS.
 
     Where spoofed fixes have turned the filter, the heading sensor's yaw is better; None where fixes were only lost.

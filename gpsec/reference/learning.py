@@ -6,7 +6,7 @@ import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints, UnscentedKalmanFilter
 
 from gpsec.core.arrays import Floats
-from gpsec.localization.noise_table import FilterNoise
+from gpsec.localization.noise import FilterNoise
 from gpsec.reference.filters import NoLaneError, arc, not_given, wrapped
 from gpsec.reference.matching import LaneMatcher
 from gpsec.reference.sight import Sight
@@ -21,7 +21,7 @@ class LearningEkf:
 
     _H = np.array([[1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0]])
 
-    def __init__(self, noise: FilterNoise, mean: Floats, covariance: Floats) -> None:
+    def __init__(self, noise: FilterNoise[float], mean: Floats, covariance: Floats) -> None:
         self.noise = noise
         self._filter = ExtendedKalmanFilter(dim_x=7, dim_z=2)
         self._filter.x, self._filter.P = mean, covariance
@@ -29,7 +29,7 @@ class LearningEkf:
         self.nis: float | None = None
 
     @classmethod
-    def at_first_fix(cls, noise: FilterNoise, fix_m: Floats, heading_rad: float) -> "LearningEkf":
+    def at_first_fix(cls, noise: FilterNoise[float], fix_m: Floats, heading_rad: float) -> "LearningEkf":
         """Start at a fix; position and slow error are correlated, of scale and bias the data sheet is known."""
         slow, white = noise.gnss_bias_m**2, noise.gnss_white_m**2
         P = np.diag([white + slow, white + slow, noise.heading_rad**2, slow, slow, 0.0, 0.0])
@@ -72,7 +72,7 @@ class LearningEkf:
 class LaneUkf:
     """State: east, north, yaw, scale error of the odometer, bias of the gyro, slow error of the camera's offset."""
 
-    def __init__(self, noise: FilterNoise, state: Floats, covariance: Floats) -> None:
+    def __init__(self, noise: FilterNoise[float], state: Floats, covariance: Floats) -> None:
         self.noise = noise
         points = MerweScaledSigmaPoints(n=6, alpha=1.0, beta=2.0, kappa=0.0)
         self._filter = UnscentedKalmanFilter(dim_x=6, dim_z=2, dt=0.0, hx=not_given, fx=not_given, points=points)
@@ -165,7 +165,7 @@ class LaneUkf:
 
 
 def learnt_motion(
-    noise: FilterNoise, state: Floats, speed_mps: float, yaw_rate_rps: float, step_s: float
+    noise: FilterNoise[float], state: Floats, speed_mps: float, yaw_rate_rps: float, step_s: float
 ) -> tuple[Floats, Floats, Floats]:
     """Return the (5,) state (east, north, yaw, scale, gyro bias) after a step, its Jacobian and the process noise."""
     east, north, yaw, scale, gyro = state.tolist()

@@ -9,7 +9,7 @@ from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
 from gpsec.detection.watchers import Watchers
 from gpsec.hdmap.map import HDMap
-from gpsec.localization.noise_table import FilterNoise
+from gpsec.localization.noise import noise_of
 from gpsec.localization.responses import World
 from gpsec.localization.switch import Localization
 from gpsec.reference.detector import Scale, TrackDetector
@@ -59,11 +59,12 @@ class ReferenceMethod:
         self._world = world
         self._watchers = watchers
         self._localization = localization
-        self._profiles = len(world.layer)
+        self._profiles = len(world.view.layer)
         matchers = {
-            layer: LaneMatcher(hd_map, layer, world.mode == _TRACKED_MODE) for layer in set(world.layer.tolist())
+            layer: LaneMatcher(hd_map, layer, world.view.mode == _TRACKED_MODE)
+            for layer in set(world.view.layer.tolist())
         }
-        self._matchers = [matchers[layer] for layer in world.layer.tolist()]
+        self._matchers = [matchers[layer] for layer in world.view.layer.tolist()]
         self._make_detector = [detector_maker(detector, self._profiles) for detector in watchers.detectors]
         self._tracks: dict[int, ReferenceTrack] = {}
         self._new_localization(0)  # says now, rather than with the first vehicle, what is missing
@@ -157,9 +158,8 @@ class ReferenceMethod:
         return ReferenceTrack(pairing, detectors, self._new_localization(profile))
 
     def _new_localization(self, profile: int) -> TrackLocalization:
-        table, localization = self._world.table, self._localization
-        noise = FilterNoise(**{name: float(getattr(table, name)[profile]) for name in table._fields})
-        rules = Rules(noise, localization.settings, self._world.step_s)
+        table, localization = self._world.noise, self._localization
+        rules = Rules(noise_of(table, profile), localization.settings, self._world.step_s)
         return TrackLocalization(
             localization.detector.tolist(), [response.name for response in localization.responses], rules
         )

@@ -10,7 +10,8 @@ from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
 from gpsec.detection.logs import ResidualLog
 from gpsec.detection.pairing import Pending
-from gpsec.detection.residual import MapView, Residuals
+from gpsec.detection.residual import Residuals
+from gpsec.hdmap.arrays import MapView
 from gpsec.hdmap.map import HDMap, load_map
 from gpsec.hdmap.search import MODES
 from gpsec.pipeline.build import sampling_of

@@ -8,7 +8,8 @@ import pytest
 from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
 from gpsec.detection.pairing import DetectionClock, Pending, Sampling
-from gpsec.detection.residual import MapView, Residuals
+from gpsec.detection.residual import Residuals
+from gpsec.hdmap.arrays import MapView
 from gpsec.hdmap.map import HDMap, compile_map
 from gpsec.hdmap.search import TRACKED
 from gpsec.types.tracks import Tracks

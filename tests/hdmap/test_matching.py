@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
 from gpsec.detection.pairing import Pending, Sampling
-from gpsec.detection.residual import MapView, Residuals
+from gpsec.detection.residual import Residuals
+from gpsec.hdmap.arrays import MapView
 from gpsec.hdmap.map import HDMap, compile_map
 from gpsec.hdmap.matching import locate
 from gpsec.hdmap.search import MIN_COS, MODES, NEAREST, TRACKED

@@ -1,14 +1,15 @@
 """A few vehicles on one lane, and the localization that follows them, without a pipeline."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
+from gpsec.hdmap.arrays import MapView
 from gpsec.hdmap.map import HDMap
 from gpsec.hdmap.search import TRACKED
-from gpsec.localization.noise_table import FilterNoise, noise_table
+from gpsec.localization.noise import FilterNoise, noise_table
 from gpsec.localization.registry import RESPONSES
 from gpsec.localization.responses import World
 from gpsec.localization.state import FilterState
@@ -56,15 +57,15 @@ class Rig:
     def __post_init__(self) -> None:
         layer = np.zeros(1, np.int32)
         table = noise_table([self.figures])
-        self.world = World(self.hd_map.lanes, self.hd_map.index, TRACKED, layer, table, STEP_S)
+        self.world = World(MapView(self.hd_map.lanes, self.hd_map.index, TRACKED, layer), table, STEP_S)
         parts = {name: RESPONSES[name]() for name in self.responses}
         columns = np.arange(len(parts), dtype=np.int32)
         self.localization = Localization(columns, list(parts.values()), self.world, self.settings)
         self.vehicles, self.seen = Table(Vehicles, self.count).now, Table(Measurements, self.count).now
         self.tracks = Table(Tracks, self.count).now
         self.filters: FilterState = self.localization.new_state(self.count)
-        self.journey = self.localization.new_journey()
-        self.journey.grow(self.count)
+        self.history = self.localization.new_history()
+        self.history.grow(self.count)
         self.alarm = np.zeros((self.count, len(parts)), np.bool_)
         self.tracks.vehicle[:] = np.arange(self.count)
         self.vehicles.lane[:] = self.lane
@@ -96,7 +97,7 @@ class Rig:
         self.localize(self.rows)
 
     def localize(self, rows: np.ndarray) -> None:
-        state = self.filters, self.journey, rows, self.tracks, self.vehicles, self.seen, self.alarm, ONE_THREAD
+        state = self.filters, self.history, rows, self.tracks, self.vehicles, self.seen, self.alarm, ONE_THREAD
         self.localization.step(*state)
 
     def error_m(self, response: str) -> np.ndarray:
@@ -116,4 +117,4 @@ class Rig:
 
 
 def figures(**changes: float) -> FilterNoise:
-    return replace(FIGURES, **changes)
+    return FIGURES._replace(**changes)

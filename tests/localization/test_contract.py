@@ -88,7 +88,7 @@ def test_the_order_of_rows_and_the_company_do_not_matter(straight, response):
 def test_a_reset_row_is_as_new_and_a_copied_one_goes_on_as_its_source(straight, response):
     rig = drive(straight, response, np.arange(M), last=70)
     rig.filters.copy(np.array([2], np.int32), np.array([5], np.int32))
-    rig.journey.copy(np.array([2], np.int32), np.array([5], np.int32))
+    rig.history.copy(np.array([2], np.int32), np.array([5], np.int32))
     rig.filters.reset(np.array([1], np.int32))
     assert same(rig.filters, rig.localization.new_state(M), np.array([1]))
     for array in (rig.vehicles.rear_m, rig.tracks.fix_m, rig.tracks.paired_m, rig.seen.lane_poly):

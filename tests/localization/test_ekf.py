@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gpsec.localization import ekf
-from gpsec.localization.noise_table import FilterNoise, noise_table
+from gpsec.localization.noise import FilterNoise, noise_table
 
 from .rig import FIGURES, STEP_S, Rig, figures
 
@@ -21,7 +21,7 @@ def random_state(seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 def random_figures(seed: int) -> FilterNoise:
     rng = np.random.default_rng(seed)
-    return FilterNoise(*rng.uniform(0.01, 1.0, len(FilterNoise.__dataclass_fields__)))
+    return FilterNoise(*rng.uniform(0.01, 1.0, len(FilterNoise._fields)))
 
 
 def wrapped(angle: float) -> float:

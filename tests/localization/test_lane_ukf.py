@@ -5,7 +5,7 @@ import pytest
 
 from gpsec.hdmap.map import HDMap, compile_map
 from gpsec.localization import lane_ukf
-from gpsec.localization.noise_table import noise_table
+from gpsec.localization.noise import noise_table
 
 from .rig import FIGURES, STEP_S, Rig, figures
 
@@ -59,7 +59,7 @@ def test_between_the_points_of_a_sparse_map_the_lane_is_an_arc(plain_net):
     nodes = 'id="a" x="0" y="0"\nid="b" x="20" y="20"'
     sparse = compile_map(plain_net(nodes, f'id="ab" from="a" to="b" speed="13.9" shape="{shape}" {CENTRED}'), (5.0,))
     rig = Rig(sparse, responses=("ukf", "ukf5"), speed_mps=4.0)
-    rig.world.layer[:] = sparse.layer(5.0)
+    rig.world.view.layer[:] = sparse.layer(5.0)
     worst = np.zeros(2)
     for step in range(1, 71):
         yaw = 0.02 * step

@@ -10,7 +10,7 @@ from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
 from gpsec.hdmap.map import HDMap, compile_map
 from gpsec.hdmap.search import NEAREST, TRACKED
 from gpsec.localization import lane_ukf, learning
-from gpsec.localization.noise_table import noise_table
+from gpsec.localization.noise import noise_table
 
 from .rig import FIGURES, STEP_S
 

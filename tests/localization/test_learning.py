@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gpsec.localization import learning
-from gpsec.localization.noise_table import noise_table
+from gpsec.localization.noise import noise_table
 
 from .rig import STEP_S, Rig, figures
 

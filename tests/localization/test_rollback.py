@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from gpsec.localization import lane_ukf
-from gpsec.localization.past import SNAPSHOTS, Recall
+from gpsec.localization.history import SNAPSHOTS, Recall
 from gpsec.localization.switch import SwitchSettings
 
 from .rig import Rig
@@ -124,7 +124,7 @@ def test_the_camera_of_the_alarms_own_step_corrects_once(straight, response):
     if response == "ukf5_rollback":
         # Offset: y and the camera's slow error; slope of the lane: less yaw.
         H = np.array([[1.0, 0.0, 1.0, 0.0, 0.0], [0.0, -1.0, 0.0, 0.0, 0.0]])
-        R = np.diag(np.square(lane_ukf.camera_noise(without.world.table, 0, 0.08)))
+        R = np.diag(np.square(lane_ukf.camera_noise(without.world.noise, 0, 0.08)))
     else:
         H, R = np.ones((1, 1)), np.array([[0.08**2]])
     expected = P - P @ H.T @ np.linalg.inv(H @ P @ H.T + R) @ H @ P

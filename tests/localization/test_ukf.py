@@ -6,11 +6,12 @@ import shapely
 from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
 
 from gpsec.core.tables import Table
+from gpsec.hdmap.arrays import MapView
 from gpsec.hdmap.map import HDMap, compile_map
 from gpsec.hdmap.search import NEAREST, TRACKED
 from gpsec.localization import ukf
 from gpsec.localization.camera_ukf import CameraUkf
-from gpsec.localization.noise_table import noise_table
+from gpsec.localization.noise import noise_table
 from gpsec.localization.responses import Cells, World
 from gpsec.localization.state import FilterState
 from gpsec.types.tracks import Tracks
@@ -89,7 +90,8 @@ def correct(
     hd_map: HDMap, mode: int, layer: int, mean: np.ndarray, P: np.ndarray, hint: int, offset_m: float
 ) -> tuple[int, int]:
     """Correct `mean` and `P` in place with one lane offset; return the segment and the repairs made."""
-    world = World(hd_map.lanes, hd_map.index, mode, np.array([layer], np.int32), noise_table([FIGURES]), STEP_S)
+    view = MapView(hd_map.lanes, hd_map.index, mode, np.array([layer], np.int32))
+    world = World(view, noise_table([FIGURES]), STEP_S)
     filters, tracks, vehicles, seen = (
         FilterState.empty(1, [0]),
         Table(Tracks, 1).now,

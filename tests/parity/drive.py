@@ -69,7 +69,8 @@ class Drive:
 
     def matched(self, mode: int) -> "Drive":
         """The same traffic, for vehicles that match in another way."""
-        return replace(self, ground=replace(self.ground, world=replace(self.ground.world, mode=mode)))
+        world = self.ground.world
+        return replace(self, ground=replace(self.ground, world=world._replace(view=world.view._replace(mode=mode))))
 
     def few(self, vehicles: int) -> Iterator[Frame]:
         """Yield the recorded frames as if only the first vehicles to depart were equipped."""

@@ -1,20 +1,20 @@
 """What the filters know of the sensors: figures of the profile, never tuned against a score."""
 
-from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 
 from gpsec.core.arrays import Floats
+
+T = TypeVar("T", float, Floats)
 
 # An error that lasts (odometer scale, heading) is not white; over the seconds that a filter remembers, it acts like
 # noise of this correlation time.
 LASTING_ERROR_S = 1.0
 
 
-@dataclass(frozen=True)
-class FilterNoise:
-    """Sensor figures of one profile, as its data sheet states them.
+class FilterNoise(NamedTuple, Generic[T]):
+    """Sensor figures as data sheets state them: numbers of one profile, or (Q,) arrays of Q profiles.
 
     Attributes:
         gnss_white_m: standard deviation of the white part, per axis.
@@ -30,48 +30,31 @@ class FilterNoise:
         camera_slope: of C1, likewise.
         camera_bias_m, camera_bias_tau_s: of the slow part of C0, and its correlation time.
         camera_mount_m: of the mounting offset, constant for a vehicle.
-
     """
 
-    gnss_white_m: float
-    gnss_bias_m: float
-    gnss_bias_tau_s: float
-    gnss_period_s: float
-    odometer_white_mps: float
-    odometer_scale: float
-    gyro_white_rps: float
-    gyro_bias_rps: float
-    heading_rad: float
-    residual_m: float
-    gyro_bias_tau_s: float
-    camera_white_m: float
-    camera_slope: float
-    camera_bias_m: float
-    camera_bias_tau_s: float
-    camera_mount_m: float
+    gnss_white_m: T
+    gnss_bias_m: T
+    gnss_bias_tau_s: T
+    gnss_period_s: T
+    odometer_white_mps: T
+    odometer_scale: T
+    gyro_white_rps: T
+    gyro_bias_rps: T
+    heading_rad: T
+    residual_m: T
+    gyro_bias_tau_s: T
+    camera_white_m: T
+    camera_slope: T
+    camera_bias_m: T
+    camera_bias_tau_s: T
+    camera_mount_m: T
 
 
-class NoiseTable(NamedTuple):
-    """The same figures for Q profiles, as (Q,) arrays that kernels read."""
-
-    gnss_white_m: Floats
-    gnss_bias_m: Floats
-    gnss_bias_tau_s: Floats
-    gnss_period_s: Floats
-    odometer_white_mps: Floats
-    odometer_scale: Floats
-    gyro_white_rps: Floats
-    gyro_bias_rps: Floats
-    heading_rad: Floats
-    residual_m: Floats
-    gyro_bias_tau_s: Floats
-    camera_white_m: Floats
-    camera_slope: Floats
-    camera_bias_m: Floats
-    camera_bias_tau_s: Floats
-    camera_mount_m: Floats
-
-
-def noise_table(profiles: list[FilterNoise]) -> NoiseTable:
+def noise_table(profiles: list[FilterNoise[float]]) -> FilterNoise[Floats]:
     """Return the figures of the run's profiles, in their order."""
-    return NoiseTable(*(np.array([getattr(profile, name) for profile in profiles]) for name in NoiseTable._fields))
+    return FilterNoise(*(np.array(figures) for figures in zip(*profiles, strict=True)))
+
+
+def noise_of(table: FilterNoise[Floats], profile: int) -> FilterNoise[float]:
+    """Return the figures of one of the profiles."""
+    return FilterNoise(*(float(figures[profile]) for figures in table))

@@ -4,14 +4,13 @@ Odometry and camera are kept for every step, once for a vehicle, whatever the nu
 filter was is kept at a few steps only, so that memory does not grow with the time that is gone back.
 """
 
-from dataclasses import dataclass
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 import numpy as np
 
-from gpsec.core.arrays import Flags, Floats, Ints
+from gpsec.core.arrays import Floats, Ints
 from gpsec.core.kernels import inline, kernel
-from gpsec.core.tables import Rows
+from gpsec.core.tables import Table, blank
 from gpsec.localization.state import FilterArrays
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Measurements, Vehicles
@@ -44,17 +43,7 @@ class Recall(NamedTuple):
         return SNAPSHOTS * self.interval
 
 
-class JourneyArrays(NamedTuple):
-    """The fields of `Journey`, as kernels take them."""
-
-    recorded: Ints
-    motion: Floats
-    camera: Floats
-    lane: Ints
-
-
-@dataclass
-class Journey(Rows):
+class History(NamedTuple):
     """The last L steps of N vehicle rows.
 
     Attributes:
@@ -62,71 +51,36 @@ class Journey(Rows):
         motion: (N, L, 3) speed (m/s), yaw rate (rad/s) and heading (rad) as measured.
         camera: (N, L, 3) the camera's C0, C1 and the standard deviation (m) that it states for C0.
         lane: (N, L) lane that the camera follows, -1 where it sees none.
-
     """
 
-    recorded: Ints
-    motion: Floats
-    camera: Floats
-    lane: Ints
+    recorded: Ints = blank(0)
+    motion: Floats = blank(0.0, "steps", 3)
+    camera: Floats = blank(0.0, "steps", 3)
+    lane: Ints = blank(-1, "steps")
 
-    @classmethod
-    def empty(cls, capacity: int, steps: int) -> Self:
-        """Return `capacity` rows with nothing recorded."""
-        return cls(
-            recorded=np.zeros(capacity, np.int32),
-            motion=np.zeros((capacity, steps, 3)),
-            camera=np.zeros((capacity, steps, 3)),
-            lane=np.full((capacity, steps), -1, np.int32),
-        )
 
-    def arrays(self) -> JourneyArrays:
-        """Return the arrays themselves."""
-        return JourneyArrays(*(getattr(self, name) for name in JourneyArrays._fields))
+def record(rows: Ints, history: Table[History], tracks: Tracks, vehicles: Vehicles, seen: Measurements) -> None:
+    """Record this step of the vehicles of the track rows `rows`, once for each vehicle.
 
-    def record(self, rows: Ints, tracks: Tracks, vehicles: Vehicles, seen: Measurements) -> None:
-        """Record this step of the vehicles of the track rows `rows`, once for each vehicle.
-
-        Every vehicle has one track under plan 0. A row that another vehicle takes over needs no reset: no filter is
-        older than its vehicle.
-        """
-        if self.capacity < len(vehicles.lane):
-            self.grow(len(vehicles.lane))
-        _record(
-            tracks.vehicle[rows[tracks.plan[rows] == 0]],
-            self.arrays(),
-            vehicles.lane,
-            seen.speed_mps,
-            seen.yaw_rate_rps,
-            seen.heading_rad,
-            seen.lane_poly,
-            seen.camera_valid,
-            seen.camera_sigma_m,
-        )
+    Every vehicle has one track under plan 0. A row that another vehicle takes over needs no reset: no filter is older
+    than its vehicle.
+    """
+    history.grow(len(vehicles.lane))
+    _record(tracks.vehicle[rows[tracks.plan[rows] == 0]], history.now, vehicles, seen)
 
 
 @kernel
-def _record(
-    rows: Ints,
-    journey: JourneyArrays,
-    lane: Ints,
-    speed_mps: Floats,
-    yaw_rate_rps: Floats,
-    heading_rad: Floats,
-    lane_poly: Floats,
-    camera_valid: Flags,
-    camera_sigma_m: Floats,
-) -> None:
+def _record(rows: Ints, history: History, vehicles: Vehicles, seen: Measurements) -> None:
     for row in rows:
-        slot = journey.recorded[row] % journey.lane.shape[1]
-        journey.motion[row, slot, 0] = speed_mps[row]
-        journey.motion[row, slot, 1] = yaw_rate_rps[row]
-        journey.motion[row, slot, 2] = heading_rad[row]
-        journey.camera[row, slot, 0] = lane_poly[row, 0]
-        journey.camera[row, slot, 1] = lane_poly[row, 1]
-        journey.camera[row, slot, 2] = camera_sigma_m[row]
-        journey.lane[row, slot] = lane[row] if camera_valid[row] else -1
-        journey.recorded[row] += 1
+        slot = history.recorded[row] % history.lane.shape[1]
+        history.motion[row, slot, 0] = seen.speed_mps[row]
+        history.motion[row, slot, 1] = seen.yaw_rate_rps[row]
+        history.motion[row, slot, 2] = seen.heading_rad[row]
+        history.camera[row, slot, 0] = seen.lane_poly[row, 0]
+        history.camera[row, slot, 1] = seen.lane_poly[row, 1]
+        history.camera[row, slot, 2] = seen.camera_sigma_m[row]
+        history.lane[row, slot] = vehicles.lane[row] if seen.camera_valid[row] else -1
+        history.recorded[row] += 1
 
 
 @inline
@@ -169,6 +123,6 @@ def restore(filters: FilterArrays, row: int, d: int, recall: Recall) -> tuple[in
 
 
 @inline
-def entry(journey: JourneyArrays, vehicle: int, ago: int) -> int:
+def entry(history: History, vehicle: int, ago: int) -> int:
     """Return where in the ring the step is that was `ago` steps before the last."""
-    return int((journey.recorded[vehicle] - 1 - ago) % journey.lane.shape[1])
+    return int((history.recorded[vehicle] - 1 - ago) % history.lane.shape[1])
