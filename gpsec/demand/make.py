@@ -1,10 +1,15 @@
 """Makes a plausible random demand for any net, as a folder that `gpsec run` takes."""
 
+import bz2
+import gzip
 import os
 import tempfile
+import zlib
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from xml.etree import ElementTree
 
 from gpsec.core.errors import GpsecError
 from gpsec.core.system import refusal
@@ -13,6 +18,9 @@ from gpsec.demand.vehicles import document
 from gpsec.hdmap.net import Lane, read_net
 
 TYPES_FILE = "vehicle_types.add.xml"
+_MAPS = {"osm": "an OpenStreetMap extract", "OpenDRIVE": "an OpenDRIVE map"}
+_PACKED = {b"\x1f\x8b": gzip.open, b"BZh": bz2.open}
+_NO_XML = (OSError, EOFError, zlib.error, ElementTree.ParseError, LookupError, ValueError, StopIteration)
 # Departures an hour on a kilometre of lane, and the bounds of what comes of it.
 _PER_LANE_KM_AND_HOUR = 120.0
 _SHORTEST_PERIOD_S, _LONGEST_PERIOD_S = 0.4, 4.0
@@ -55,6 +63,29 @@ def demand_files(net_file: Path, out: Path, overwrite: bool) -> dict[str, Path]:
     return files
 
 
+def refuse_map(net_file: Path) -> None:
+    """Refuse what `gpsec import` makes a net of.
+
+    Raises:
+        GpsecError: the file is an OpenStreetMap extract or an OpenDRIVE map.
+    """
+    found = _MAPS["osm"] if net_file.suffix == ".pbf" else _MAPS.get(_root_tag(net_file))
+    if found:
+        raise GpsecError(f"{net_file}: expected a net of SUMO, found {found}; make one with gpsec import {net_file}")
+
+
+def _root_tag(file: Path) -> str:
+    """Return the name of a file's outermost XML element, "" where it is no XML."""
+    with suppress(*_NO_XML):
+        with file.open("rb") as raw:
+            magic = raw.read(3)
+        unpack = next((opened for mark, opened in _PACKED.items() if magic.startswith(mark)), open)
+        with unpack(file, "rb") as stream:
+            _, root = next(ElementTree.iterparse(stream, ("start",)))
+            return str(root.tag)
+    return ""
+
+
 def net_name(net_file: Path) -> str:
     """Return a net's name without what SUMO's nets end in."""
     return net_file.name.removesuffix(".gz").removesuffix(".xml").removesuffix(".net")
@@ -87,6 +118,7 @@ def make_demand(
     Raises:
         GpsecError: the net or a file cannot be used. Nothing is left behind then.
     """
+    refuse_map(net_file)
     files = demand_files(net_file, out, overwrite)
     tell("reading the net")
     lanes = [lane for lane in read_net(net_file).lanes if not lane.internal]

@@ -1,5 +1,7 @@
 """A demand is made for any net, and runs."""
 
+import bz2
+import gzip
 import signal
 import subprocess
 from pathlib import Path
@@ -93,6 +95,11 @@ def test_crash_of_the_tools_is_none_of_the_nets_fault(
     [
         (["nowhere.net.xml"], ("nowhere.net.xml", "no such net file")),
         (["broken.net.xml"], ("broken.net.xml", "not a SUMO net")),
+        (["city.osm"], ("city.osm: expected a net of SUMO, found an OpenStreetMap", "gpsec import city.osm")),
+        (["city.osm.gz"], ("found an OpenStreetMap extract", "gpsec import city.osm.gz")),
+        (["city.osm.bz2"], ("found an OpenStreetMap extract", "gpsec import city.osm.bz2")),
+        (["city.osm.pbf"], ("found an OpenStreetMap extract", "gpsec import city.osm.pbf")),
+        (["road.xodr"], ("road.xodr: expected a net of SUMO, found an OpenDRIVE map", "gpsec import road.xodr")),
         (["single.net.xml", "--out", "taken"], ("taken/single.sumocfg", "--overwrite")),
         (["single.net.xml", "--out", "broken.net.xml"], ("broken.net.xml", "found a file")),
         (["single.net.xml", "--out", "no/where"], ("no/where", "no folder no")),
@@ -113,6 +120,10 @@ def test_refused(
     monkeypatch.chdir(tmp_path)
     (tmp_path / "single.net.xml").write_bytes(nets["single"].read_bytes())
     (tmp_path / "broken.net.xml").write_text("<net")
+    osm = b'<?xml version="1.0"?><osm version="0.6"><node id="1" lat="52" lon="10"/></osm>'
+    for suffix, pack in (("", bytes), (".gz", gzip.compress), (".bz2", bz2.compress), (".pbf", bytes)):
+        (tmp_path / f"city.osm{suffix}").write_bytes(pack(osm) if suffix != ".pbf" else b"\0\0\0\x0d")
+    (tmp_path / "road.xodr").write_text("<OpenDRIVE><header/></OpenDRIVE>")
     (tmp_path / "taken").mkdir()
     (tmp_path / "taken" / "single.sumocfg").write_text("mine")
     before = sorted(tmp_path.rglob("*"))

@@ -139,6 +139,7 @@ REFUSED = {
     "no folder above": (["no/t2"], "no/t2: cannot be made, there is no folder no"),
     "no net": (["u", "--net", "no.net.xml"], "--net no.net.xml: expected a net of SUMO, found no such file"),
     "a net that is none": (["u", "--net", "file"], "file: not a SUMO net"),
+    "an extract": (["u", "--net", "u.osm"], "u.osm: expected a net of SUMO, found an OpenStreetMap extract; make one"),
     "no duration": (["u", "--duration", "0"], "'--duration'"),
     "no period": (["u", "--period", "0"], "'--period'"),
 }
@@ -149,6 +150,7 @@ def test_refused(name: str, here: Path, capsys: pytest.CaptureFixture[str]) -> N
     arguments, says = REFUSED[name]
     (here / "t").mkdir()
     (here / "file").write_text("text")
+    (here / "u.osm").write_text("<osm/>")
     before = sorted(here.rglob("*"))
     net = [] if "--net" in arguments else ["--net", "../nets/cross.net.xml"]
     assert cli.main(["new", *arguments, *net]) == 2
