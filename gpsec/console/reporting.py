@@ -1,6 +1,5 @@
 """`gpsec report` and `gpsec trace`."""
 
-import re
 from pathlib import Path
 
 from gpsec.console.bars import display
@@ -9,7 +8,7 @@ from gpsec.console.terminal import messages, tables
 from gpsec.core.errors import GpsecError, shown
 from gpsec.core.system import in_a_sentence
 from gpsec.report.comparison_page import write_comparison
-from gpsec.report.make import Steps, logged_steps, write_report, write_trace
+from gpsec.report.make import Steps, logged_steps, trace_page, write_report, write_trace
 from gpsec.report.map import write_places
 from gpsec.report.resimulate import simulate
 from gpsec.report.stories import choose_stories, story_of
@@ -97,7 +96,7 @@ def tell(
     console = tables(100)
     for part in story_parts(run, story, rows_of(story, logged)):
         console.print(part, markup=False, highlight=False)
-    path = out or folder / f"trace-{re.sub(r'[^A-Za-z0-9._-]+', '_', vehicle_id)[:100]}.html"
+    path = out or folder / trace_page(vehicle_id)
     with in_a_sentence(f"{path}: no page can be written there"):
         page = write_trace(run, story, steps, path)
     say(page)

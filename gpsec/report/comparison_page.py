@@ -97,7 +97,8 @@ def _tables(found: pd.DataFrame) -> list[ReportTable]:
 
 
 def _signed(row: dict[Hashable, Any]) -> str:
-    return ("+" if row["difference"] > 0.0 else "") + figure(row["difference"])
+    text = figure(row["difference"])
+    return f"+{text}" if row["difference"] > 0.0 and text != figure(0.0) else text
 
 
 def _unlike(first: Results, second: Results) -> list[str]:

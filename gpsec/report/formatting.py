@@ -16,9 +16,16 @@ def figure(value: float, *, percent: bool = False) -> str:
     if pd.isna(value):
         return EMPTY
     if percent:
-        return f"{100.0 * value:.0f} %" if value >= 0.0995 or value == 0.0 else f"{100.0 * value:.1f} %"
+        digits = 0 if value >= 0.0995 or value == 0.0 else 1
+        return f"{_fixed(100.0 * value, digits)} %"
     size = abs(value)
-    return f"{value:.0f}" if size >= 99.5 else f"{value:.1f}" if size >= 9.95 else f"{value:.2f}"
+    return _fixed(value, 0 if size >= 99.5 else 1 if size >= 9.95 else 2)
+
+
+def _fixed(value: float, digits: int) -> str:
+    """Return a number with so many decimals; one that rounds to zero has no sign."""
+    text = f"{value:.{digits}f}"
+    return text.removeprefix("-") if float(text) == 0.0 else text
 
 
 def interval(row: Any, name: str, *, percent: bool = False) -> str:

@@ -1,6 +1,8 @@
 """Writes `report.html` of a run."""
 
+import re
 from collections.abc import Mapping
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -60,6 +62,13 @@ def write_report(run: Results, steps: Steps | None = None, path: Path | None = N
     )
     write_page(target, page)
     return target
+
+
+def trace_page(vehicle_id: str) -> str:
+    """Return the file name of the page of one vehicle; two ids never have the same."""
+    plain = re.sub(r"[^A-Za-z0-9._-]+", "_", vehicle_id)[:100]
+    mark = "" if plain == vehicle_id else f"-{sha256(vehicle_id.encode()).hexdigest()[:8]}"
+    return f"trace-{plain}{mark}.html"
 
 
 def write_trace(run: Results, story: Story, steps: Steps, path: Path) -> Path:

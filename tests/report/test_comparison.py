@@ -1,4 +1,5 @@
 import json
+import re
 import shutil
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from gpsec.core.errors import GpsecError
 from gpsec.report.comparison import FALSE_ALARMS, FIGURES, comparison, pairs
 from gpsec.report.comparison_page import write_comparison
+from gpsec.report.formatting import figure
 from gpsec.running.results import load
 
 from .conftest import write_run
@@ -90,3 +92,21 @@ def test_the_page_says_what_differs(runs, tmp_path):
     assert "lane: detection.false_alarm_rate is 1e-3/sample, then 1e-4/sample" in text
     assert "12 pairs" in text
     assert "<img" not in text
+
+
+@pytest.mark.parametrize(
+    ("value", "percent", "text"),
+    [(-0.004, False, "0.00"), (-0.006, False, "-0.01"), (0.0, False, "0.00"), (-0.0004, True, "0.0 %")],
+)
+def test_what_rounds_to_zero_has_no_sign(value, percent, text):
+    assert figure(value, percent=percent) == text
+
+
+def test_a_difference_that_rounds_to_zero_has_no_sign(runs, tmp_path):
+    first = runs[0]
+    folder = shutil.copytree(first.folder, tmp_path / "near")
+    events = pd.read_csv(folder / "events.csv", keep_default_na=False)
+    events["rmse_xy_m"] += np.where(events["attack"] == "bias", 0.001, -0.001)
+    events.to_csv(folder / "events.csv", index=False)
+    text = write_comparison(first, load(folder), tmp_path / "page.html").read_text("utf-8")
+    assert not re.search(r">[+-]0\.00\s*<", text)

@@ -1,5 +1,7 @@
 """Vehicles that are simulated again do what they did."""
 
+import re
+
 import pandas as pd
 import pytest
 
@@ -7,6 +9,7 @@ from gpsec import cli
 from gpsec.console import reporting
 from gpsec.core.errors import GpsecError
 from gpsec.pipeline.run import run_scenario
+from gpsec.report.make import trace_page
 from gpsec.report.resimulate import simulate
 from gpsec.report.stories import choose_stories, story_of
 from gpsec.running.results import load
@@ -94,8 +97,14 @@ def test_a_story_on_the_terminal(run_folder, capsys: pytest.CaptureFixture[str])
     assert "after 0.5 s" in said
     assert "off road after 0.5 s" in said or "out of lane after 0.5 s" in said
     pages = [path.name for path in run_folder.glob("trace-*.html")]
-    assert pages == ["trace-_script_img_src_x_onerror_document.title_broken_amp_.html"]
+    assert pages == [trace_page(EVIL)]
     assert "<img" not in (run_folder / pages[0]).read_text("utf-8")
+
+
+def test_pages_of_two_vehicles_have_two_names():
+    assert trace_page("a_b") == "trace-a_b.html"
+    assert len({trace_page(name) for name in ("a_b", "a/b", "a b", "a__b", "x" * 101, "x" * 102)}) == 6
+    assert all(re.fullmatch(r"trace-[\w.-]{1,109}\.html", trace_page(name)) for name in (EVIL, "a/b", "x" * 300))
 
 
 def test_stories_are_asked_for_by_name(run):
