@@ -9,6 +9,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 from gpsec.core.errors import GpsecError
@@ -19,7 +20,7 @@ from gpsec.hdmap.net import Lane, read_net
 
 TYPES_FILE = "vehicle_types.add.xml"
 _MAPS = {"osm": "an OpenStreetMap extract", "OpenDRIVE": "an OpenDRIVE map"}
-_PACKED = {b"\x1f\x8b": gzip.open, b"BZh": bz2.open}
+_PACKED: dict[bytes, Callable[..., Any]] = {b"\x1f\x8b": gzip.open, b"BZh": bz2.open}
 _NO_XML = (OSError, EOFError, zlib.error, ElementTree.ParseError, LookupError, ValueError, StopIteration)
 # Departures an hour on a kilometre of lane, and the bounds of what comes of it.
 _PER_LANE_KM_AND_HOUR = 120.0
@@ -79,7 +80,7 @@ def _root_tag(file: Path) -> str:
     with suppress(*_NO_XML):
         with file.open("rb") as raw:
             magic = raw.read(3)
-        unpack = next((opened for mark, opened in _PACKED.items() if magic.startswith(mark)), open)
+        unpack: Callable[..., Any] = next((opened for mark, opened in _PACKED.items() if magic.startswith(mark)), open)
         with unpack(file, "rb") as stream:
             _, root = next(ElementTree.iterparse(stream, ("start",)))
             return str(root.tag)
