@@ -13,6 +13,7 @@ from gpsec.core.geo import DEFAULT_ORIGIN_DEG
 
 # Heights are not used, and their grids are seldom installed.
 _VERTICAL = r"\+(geoidgrids|vunits|vto_meter)=\S+"
+_UNITS = r"\+(units|to_meter)=\S+"
 # A code, a PROJ string, WKT or PROJJSON.
 _FORMAL = re.compile(r"\w+:\S+$|\d+$|\+|\w+\[|\{")
 
@@ -35,13 +36,13 @@ def projection(written: str, origin_deg: tuple[float, float] | None) -> Projecti
     if origin_deg is not None:
         return Projection(_about(*origin_deg), f"geo-reference: set to {_place(*origin_deg)}, as --origin says", True)
     if "+proj=" in written and _usable(written):
-        return Projection(written)
+        return _metric(Projection(written), written)
     flat = " ".join(re.sub(_VERTICAL, "", written).split())
     if "+proj=" in flat and _usable(flat):
-        return Projection(flat, "heights were left out of the geo-reference")
+        return _metric(Projection(flat, "heights were left out of the geo-reference"), flat)
     known = _known(written)
     if known and _usable(known):
-        return Projection(known, f"geo-reference: '{shown(written)}' is written as {known}")
+        return _metric(Projection(known, f"geo-reference: '{shown(written)}' is written as {known}"), written)
     stated = [re.search(rf"\+{key}=(-?[\d.]+(?:e[+-]?\d+)?)", written) for key in ("lat_0", "lon_0")]
     if stated[0] and stated[1]:
         place = _degrees(stated[0][1]), _degrees(stated[1][1])
@@ -51,6 +52,18 @@ def projection(written: str, origin_deg: tuple[float, float] | None) -> Projecti
     lon, lat = DEFAULT_ORIGIN_DEG
     said = f"geo-reference: {_fault(written)}; {_place(lat, lon)} by default, set another with --origin"
     return Projection(_about(lat, lon), said, True)
+
+
+def _metric(found: Projection, written: str) -> Projection:
+    """Return a projection in metres, which is what OpenDRIVE's coordinates are in, and say where `written` is not."""
+    crs = reference_system(written)
+    unit = crs.axis_info[0] if crs is not None and crs.axis_info else None
+    if unit is None or unit.unit_conversion_factor == 1.0:
+        return found
+    definition = " ".join(f"{re.sub(_UNITS, '', found.definition)} +units=m".split())
+    name = unit.unit_name if unit.unit_name != "unknown" else f"units of {unit.unit_conversion_factor:g} m"
+    said = f"geo-reference: is in {name}, the map was taken in metres, as OpenDRIVE has it; convert a map that is not"
+    return Projection(definition, "; ".join(filter(None, (found.said, said))))
 
 
 def _fault(written: str) -> str:
@@ -80,8 +93,7 @@ def _known(written: str) -> str:
         except pyproj.exceptions.ProjError:  # there are projections that no string can say
             return ""
         steps = TransformerGroup(crs, "EPSG:4326", always_xy=True).transformers[:1]
-    # OpenDRIVE is in metres, whatever the code says.
-    definition = re.sub(r"\+(units|to_meter)=\S+", "+units=m", definition)
+    definition = re.sub(_UNITS, "+units=m", definition)
     if "+datum=" in definition or "+towgs84=" in definition:
         return definition
     shifts = [step.towgs84 for way in steps for step in way.operations or () if any(step.towgs84)]

@@ -123,6 +123,25 @@ def test_references_in_other_words_are_written_as_proj_strings(tmp_path: Path, w
     assert root.find("header/offset") is not None  # it belongs to this reference
 
 
+@pytest.mark.parametrize(
+    ("written", "unit"),
+    [
+        ("+proj=tmerc +lat_0=40 +lon_0=-74 +x_0=300000 +datum=WGS84 +units=us-ft +no_defs", "US survey foot"),
+        ("+proj=tmerc +lat_0=40 +lon_0=-74 +x_0=300000 +datum=WGS84 +to_meter=0.3048", "foot"),
+        ("+proj=tmerc +lat_0=40 +lon_0=-74 +x_0=300000 +datum=WGS84 +to_meter=0.5", "units of 0.5 m"),
+        ("EPSG:2263", "US survey foot"),
+    ],
+)
+def test_a_reference_in_feet_is_taken_in_metres_and_said(tmp_path: Path, written: str, unit: str) -> None:
+    definition, said, _ = reference(tmp_path, written)
+    assert f"geo-reference: is in {unit}, the map was taken in metres" in said
+    place = pyproj.Transformer.from_crs(definition, "EPSG:4326", always_xy=True)
+    # The false easting is 300 km; a kilometre further north is one further from there, and not 0.3.
+    (lon, lat), (_, north) = place.transform(300000.0, 0.0), place.transform(300000.0, 1000.0)
+    assert lon == pytest.approx(-74.0, abs=1e-9)
+    assert pyproj.Geod(ellps="WGS84").inv(lon, lat, lon, north)[2] == pytest.approx(1000.0, rel=1e-3)
+
+
 def test_datum_of_a_code_is_kept(tmp_path: Path) -> None:
     definition, said, _ = reference(tmp_path, "EPSG:31467")
     place = 3500000.0, 5500000.0
