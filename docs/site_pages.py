@@ -21,7 +21,11 @@ _PAGE_OF = {source: page for page, source in ELSEWHERE.items()}
 _KINDS = ("attacks", "detectors", "responses", "profiles")
 # What is meant to be called from Python.
 _MODULES = (
+    "gpsec.running.api",
+    "gpsec.running.checking",
     "gpsec.running.results",
+    "gpsec.training.train_models",
+    "gpsec.training.pool",
     "gpsec.report.make",
     "gpsec.testing",
     "gpsec.attacks.base",
@@ -69,4 +73,4 @@ def _parts() -> str:
 
 def _api() -> str:
     """Return the page of what can be called, whose text comes from the docstrings."""
-    return "# Python\n\n" + "\n".join(f"::: {module}\n" for module in _MODULES)
+    return "# Python, name by name\n\n" + "\n".join(f"::: {module}\n" for module in _MODULES)

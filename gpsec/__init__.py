@@ -1,3 +1,55 @@
-"""Evaluates GPS-spoofing attacks on automated vehicles at the scale of SUMO traffic."""
+"""Evaluates GPS-spoofing attacks on automated vehicles at the scale of SUMO traffic.
+
+``gpsec.run("town", "results/town")`` runs a scenario and returns its results; `load`, `check`, `read_scenario` and
+`train` are beside it. What is here is imported when it is first used.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from gpsec.core.errors import GpsecError, MachineError
+    from gpsec.core.progress import Progress
+    from gpsec.running.api import check, read_scenario, run
+    from gpsec.running.checking import Checked
+    from gpsec.running.results import Results, load, unit
+    from gpsec.scenario import Scenario
+    from gpsec.training import TrainingProgress, train
 
 __version__ = "0.1.0"
+__all__ = [
+    "Checked",
+    "GpsecError",
+    "MachineError",
+    "Progress",
+    "Results",
+    "Scenario",
+    "TrainingProgress",
+    "check",
+    "load",
+    "read_scenario",
+    "run",
+    "train",
+    "unit",
+]
+
+_HOMES = {
+    "gpsec.core.errors": ("GpsecError", "MachineError"),
+    "gpsec.core.progress": ("Progress",),
+    "gpsec.running.api": ("check", "read_scenario", "run"),
+    "gpsec.running.checking": ("Checked",),
+    "gpsec.running.results": ("Results", "load", "unit"),
+    "gpsec.scenario": ("Scenario",),
+    "gpsec.training": ("TrainingProgress", "train"),
+}
+_HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME_OF:
+        raise AttributeError(f"module 'gpsec' has no attribute '{name}'")
+    return getattr(import_module(_HOME_OF[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

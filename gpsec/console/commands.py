@@ -290,7 +290,7 @@ def check(
       gpsec check scenarios/town
       gpsec check scenarios/* --set fleet.profile=consumer
     """  # noqa: D301
-    from gpsec.console.check import check_scenario
+    from gpsec.console.check import check_lines
     from gpsec.scenario.outside import Outside
     from gpsec.scenario.overrides import Override, parse_set
 
@@ -300,7 +300,7 @@ def check(
     found = set()
     for argument in scenarios:
         try:
-            for line in check_scenario(argument, changes, Outside(tuple(part or ()), allow_code)):
+            for line in check_lines(argument, changes, Outside(tuple(part or ()), allow_code)):
                 say(line)
         except GpsecError as error:
             found.add(complain(error))
@@ -487,12 +487,30 @@ def train(
       gpsec train --networks mountain,suburb --out /tmp/models
       gpsec run scenarios/town --set detection.models=models
     """  # noqa: D301
-    from gpsec.training import main as train_models
-    from gpsec.training.command import NETWORKS, Wanted
+    from time import perf_counter
+
+    from rich.console import Console
+
+    from gpsec.console.train import display
+    from gpsec.training import NETWORKS
+    from gpsec.training import train as train_models
 
     chosen = NETWORKS if networks is None else [name.strip() for name in networks.split(",")]
-    wanted = Wanted(chosen, profiles or (), detectors or (), _load_parts(part))
-    train_models(seed=seed, out=out, jobs=jobs, wanted=wanted)
+    console = Console()
+    began = perf_counter()
+    loaded = _load_parts(part)
+    with display(console) as report:
+        made = train_models(
+            out,
+            detectors=detectors or (),
+            profiles=profiles or (),
+            networks=chosen,
+            parts=loaded,
+            seed=seed,
+            jobs=jobs,
+            report=report,
+        )
+    console.print(f"{len(made)} models in {out} after {perf_counter() - began:.0f} s", highlight=False)
 
 
 @app.command()

@@ -15,7 +15,6 @@ from gpsec.report.stories import choose_stories, story_of
 from gpsec.report.terminal import story_parts
 from gpsec.report.traces import rows_of
 from gpsec.running.results import Results, load, write_spreadsheets
-from gpsec.running.workshop import settle
 from gpsec.scenario.outside import load_parts
 
 
@@ -36,7 +35,7 @@ def report(
     Raises:
         GpsecError: it is no run, or nothing can be written there.
     """
-    run = _loaded(folder)
+    run = load(folder)
     stories = choose_stories(run)
     steps: Steps = logged_steps(run, stories)
     status = 0
@@ -65,7 +64,7 @@ def compare(first: Path, second: Path, out: Path | None) -> None:
     Raises:
         GpsecError: one is no run, they have no vehicle in common, or nothing can be written there.
     """
-    runs = _loaded(first), _loaded(second)
+    runs = load(first), load(second)
     with in_a_sentence(f"{out or second}: no page can be written there"):
         page = write_comparison(*runs, out)
     say(page)
@@ -85,7 +84,7 @@ def tell(
     Raises:
         GpsecError: it is no run, there is no such vehicle, or it cannot be simulated again.
     """
-    run = _loaded(folder)
+    run = load(folder)
     story = story_of(run, vehicle_id, scenario, attack)
     steps: Steps = {story.scenario: run.steps(story.scenario, [vehicle_id])}
     _load_code(run, allow_code)
@@ -109,11 +108,6 @@ def _load_code(run: Results, allow_code: bool) -> None:
             load_parts(stated["configuration"].get("parts", []), Path(), allow_code=True)
         except ValueError as error:
             raise GpsecError(f"{run.folder}: {error}") from None
-
-
-def _loaded(folder: Path) -> Results:
-    settle(folder)
-    return load(folder)
 
 
 def _completed(run: Results, steps: Steps, wanted: list[tuple[str, str]]) -> Steps:

@@ -17,6 +17,7 @@ from gpsec.outcomes.manifests import read_manifest, stated_digests
 from gpsec.outcomes.stated import check_stated
 from gpsec.outcomes.steplog import read_steps
 from gpsec.outcomes.tables import LARGE_TABLES, MAP, STEPS, TABLES, whole
+from gpsec.running.workshop import settle
 from gpsec.types.constants import MANIFEST
 
 # The longest first, since one ends in another.
@@ -181,15 +182,17 @@ def _as_text(cell: str) -> str:
 def load(folder: Path | str) -> Results:
     """Return the results in a folder that `gpsec run` has written, wherever it has been moved.
 
-    Anybody may have edited or damaged them: manifest, tables and maps are checked here, once.
+    Anybody may have edited or damaged them: manifest, tables and maps are checked here, once. Where a run was killed
+    while it took the place of another one there, that is brought to its end first.
 
     Raises:
-        GpsecError: it is no such folder, or something in it is not what it should be.
+        GpsecError: it is no such folder, something in it is not what it should be, or a run is taking its place there.
 
     """
     place = Path(folder)
     if not place.is_dir():
         raise GpsecError(f"{place}: expected the folder of a run, found {'a file' if place.exists() else 'nothing'}")
+    settle(place)
     stated = read_manifest(place)
     if stated is None:
         raise GpsecError(f"{place}: expected the folder of a run, found no {MANIFEST} in it")

@@ -31,8 +31,35 @@ def load_scenario(argument: str | Path, overrides: Sequence[Override] = (), outs
     """
     found = find(argument)
     raw = _read(found.toml) if found.toml else {}
+    return _validated(raw, found, str(found.toml or found.sumocfg or found.folder), overrides, outside)
+
+
+def changed(scenario: Scenario, overrides: Sequence[Override], outside: Outside = NOTHING) -> Scenario:
+    """Return a scenario with some keys changed, as `load_scenario` would: all others stay as they are resolved.
+
+    Raises:
+        GpsecError: a key or value is not one that there is, or does not go with the others.
+    """
+    if not overrides:
+        return scenario
+    found = Found(None, Path.cwd(), scenario.sumocfg, scenario.name)
+    raw = scenario.model_dump(mode="json")
+    raw["plans"] = [_beside(plan) for plan in raw["plans"]]
+    return _validated(raw, found, f"scenario '{scenario.name}'", overrides, outside)
+
+
+def _beside(plan: dict[str, Any]) -> dict[str, Any]:
+    """Return a plan with the attack's own keys beside its own, as one writes it: there they can be changed by name."""
+    own = {key: value for key, value in plan.items() if key != "parameters"}
+    nested = {key: value for key, value in plan["parameters"].items() if key in own}
+    return {**plan["parameters"], **own, **({"parameters": nested} if nested else {})}
+
+
+def _validated(
+    raw: dict[str, Any], found: Found, file: str, overrides: Sequence[Override], outside: Outside
+) -> Scenario:
+    """Return the scenario of the keys that `file` says, with changes; relative paths start from where it was found."""
     changes = [apply(raw, change, lambda key: default_list(key, raw)) for change in overrides]
-    file = str(found.toml or found.sumocfg or found.folder)
     raw["sumocfg"] = _sumocfg(raw, found, file, changes)
     raw.setdefault("name", _as_name(raw["sumocfg"], found))
     _find_models(raw, found, file, changes)

@@ -1,9 +1,12 @@
-"""What the command line changes: `--set key=value` and the flags that stand for a key."""
+"""What a user changes of a scenario: `--set key=value`, flags that stand for a key, keywords in Python."""
 
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
+
+from pydantic import BaseModel
 
 from gpsec.core.errors import GpsecError, nearest, shown
 
@@ -36,7 +39,46 @@ def parse_set(text: str) -> Override:
     parts = [part.strip() for part in dotted.split(".")]
     if not equals or not all(parts):
         raise GpsecError(f"{flag}: expected key=value with a dotted key, such as fleet.profile=consumer")
-    return Override(tuple(int(part) if part.isdecimal() else part for part in parts), _value(value.strip(), flag), flag)
+    return Override(_key(parts), _value(value.strip(), flag), flag)
+
+
+def of_keywords(keywords: Mapping[str, Any]) -> list[Override]:
+    """Return the changes that keywords ask for, such as ``seed=2, fleet={"profile": "dsd"}``.
+
+    A name may be dotted. A table changes the keys of a section that it has, and ``plans={"drift": {"rate_mps": 0.3}}``
+    those of a plan; models of pydantic and paths are taken for what they stand for.
+    """
+    changes: list[Override] = []
+    for name, given in keywords.items():
+        value = _plain(given)
+        depth = _TABLES_OF.get(name, 1) if isinstance(value, dict) and "." not in name else 0
+        changes += _changes(tuple(name.split(".")), value, depth)
+    return changes
+
+
+# Plans are a list of tables, whose names stand where the keys of a section do.
+_TABLES_OF = {"plans": 2}
+
+
+def _changes(path: tuple[str, ...], value: Any, depth: int) -> list[Override]:
+    if depth and isinstance(value, dict):
+        return [change for key, each in value.items() for change in _changes((*path, str(key)), each, depth - 1)]
+    return [Override(_key(path), value, f"{'.'.join(path)}={shown(repr(value))}")]
+
+
+def _plain(value: Any) -> Any:
+    """Return a value as TOML would give it."""
+    if isinstance(value, BaseModel):
+        return value.model_dump(mode="json")
+    if isinstance(value, Mapping):
+        return {str(key): _plain(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(each) for each in value]
+    return str(value) if isinstance(value, Path) else value
+
+
+def _key(parts: Sequence[str]) -> Key:
+    return tuple(int(part) if part.isdecimal() else part for part in parts)
 
 
 def _value(text: str, flag: str) -> Any:

@@ -1,5 +1,6 @@
 """Trains and calibrates the detectors on benign traffic of the training networks."""
 
-from gpsec.training.command import main
+from gpsec.training.pool import TrainingProgress
+from gpsec.training.train_models import NETWORKS, train
 
-__all__ = ["main"]
+__all__ = ["NETWORKS", "TrainingProgress", "train"]

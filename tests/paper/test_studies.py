@@ -1,7 +1,7 @@
 from pathlib import Path
 
 from gpsec.paper.studies import EVALUATION, PIN_SEEDS, SEEDS, SET_UPS, TRAINING, Pinned, Studies
-from gpsec.training.command import NETWORKS
+from gpsec.training import NETWORKS
 
 STUDIES = Studies(Path(__file__).parents[2] / "scenarios")
 PINNED = Pinned(dict.fromkeys(SET_UPS, 1.5), dict.fromkeys(SET_UPS, 2.0))

@@ -3,11 +3,13 @@ import pytest
 from rich.console import Console
 
 from gpsec import cli
+from gpsec.console.train import display
 from gpsec.core import shipped
 from gpsec.detection.calibration import Calibrated
 from gpsec.detection.models import ProfileModel, load
 from gpsec.detection.training import merged, related
-from gpsec.training import command
+from gpsec.training import NETWORKS
+from gpsec.training.pool import Pool
 
 
 def test_networks_that_there_are_not_are_named(capsys, tmp_path):
@@ -64,9 +66,13 @@ def test_what_is_not_trained_stays_and_is_said_to():
 
 def test_each_result_is_kept_as_soon_as_it_is_there(tmp_path):
     kept = []
-    with command._display(Console(force_terminal=False), str(tmp_path)) as display:
-        display.run("sums", 1, [("three", sum, ((1, 2),)), ("seven", sum, ((3, 4),))], lambda *told: kept.append(told))
+    told = []
+    pool = Pool(1, tmp_path, told.append)
+    assert pool.run("sums", [("three", sum, ((1, 2),)), ("seven", sum, ((3, 4),))], lambda *one: kept.append(one)) == [
+        *(3, 7)
+    ]
     assert kept == [(0, 3), (1, 7)]
+    assert told[-1] == ("sums", "2 of 2 done", 2, 2)
 
 
 @pytest.mark.slow
@@ -83,11 +89,11 @@ def test_one_detector_and_one_profile_are_trained_by_themselves(tmp_path, capsys
 
 
 def test_elsewhere_than_on_a_terminal_progress_is_plain_lines(capsys, tmp_path):
-    with command._display(Console(force_terminal=False), str(tmp_path)) as display:
-        assert display.run("sums", 1, [("three", sum, ((1, 2),)), ("seven", sum, ((3, 4),))]) == [3, 7]
+    with display(Console(force_terminal=False)) as report:
+        Pool(1, tmp_path, report).run("sums", [("three", sum, ((1, 2),)), ("seven", sum, ((3, 4),))])
     assert capsys.readouterr().out.splitlines()[-1] == "sums: 2 of 2 done"
 
 
-@pytest.mark.parametrize("network", command.NETWORKS)
+@pytest.mark.parametrize("network", NETWORKS)
 def test_every_training_network_has_a_scenario(network):
     assert (shipped.scenarios() / network / f"{network}.sumocfg").is_file()

@@ -1,0 +1,194 @@
+"""Training: benign traffic, residuals of every profile and matching, learning, calibration."""
+
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from gpsec.core import shipped
+from gpsec.core.errors import GpsecError, nearest, shown
+from gpsec.core.threads import cores
+from gpsec.detection.logs import ResidualLog
+from gpsec.detection.models import MATCHINGS, ProfileModel, bundled, load, save
+from gpsec.detection.registry import DETECTORS
+from gpsec.detection.training import SETTLE_S, merged, related, train_one
+from gpsec.scenario.outside import load_parts
+from gpsec.scenario.parts import use
+from gpsec.sensors.registry import PROFILES
+from gpsec.traffic.options import resolve_options
+from gpsec.training.collect import record_traffic, recorded_traffic, residual_log
+from gpsec.training.pool import Pool, TrainingProgress, tell
+
+# None of these is among the networks that results are reported on.
+NETWORKS = ("mountain", "suburb", "beltway")
+# Runs of each network that thresholds are calibrated on: with all networks, enough for 0.1 false alarms an hour.
+CALIBRATION_RUNS = 3
+
+
+@dataclass(frozen=True)
+class Job:
+    """One profile and matching.
+
+    Attributes:
+        profile, matching: what is trained.
+        seed: of noise and training.
+        folder: where the recordings lie, as ``<network>-<seed>.npz``.
+        nets: net file of each network.
+        training_seed, calibration_seeds: of the traffic.
+        detectors: those that are trained and calibrated.
+        parts: from outside gpsec.
+    """
+
+    profile: str
+    matching: str
+    seed: int
+    folder: Path
+    nets: dict[str, Path]
+    training_seed: int
+    calibration_seeds: tuple[int, ...]
+    detectors: tuple[str, ...] = DETECTORS.own
+    parts: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """Name in the progress display."""
+        return f"{self.profile}/{self.matching}"
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What is trained.
+
+    Attributes:
+        networks: of `NETWORKS`.
+        profiles: sensor profiles; none stands for all of gpsec's own.
+        detectors: with those that share arrays with them; none stands for all of gpsec's own.
+        parts: from outside gpsec, by their references with whole paths, loaded already.
+    """
+
+    networks: Sequence[str] = NETWORKS
+    profiles: Sequence[str] = ()
+    detectors: Sequence[str] = ()
+    parts: tuple[str, ...] = ()
+
+    def resolved(self) -> tuple[list[str], tuple[str, ...], tuple[str, ...]]:
+        """Return networks, profiles and detectors, in the order in which they are trained.
+
+        Raises:
+            GpsecError: there is none of such a name.
+        """
+        for network in self.networks:
+            if network not in NETWORKS:
+                raise GpsecError(f"no training network '{shown(network)}': {nearest(network, NETWORKS)}")
+        networks = [network for network in NETWORKS if network in self.networks]
+        profiles = tuple(PROFILES[name].name for name in self.profiles) or PROFILES.own
+        return networks, profiles, related(self.detectors) if self.detectors else DETECTORS.own
+
+
+def train(
+    out: Path | str = "models",
+    *,
+    detectors: Sequence[str] = (),
+    profiles: Sequence[str] = (),
+    networks: Sequence[str] = NETWORKS,
+    parts: Sequence[str] = (),
+    seed: int = 1,
+    jobs: int | None = None,
+    report: Callable[[TrainingProgress], None] | None = None,
+) -> tuple[str, ...]:
+    """Train detectors on the training networks, calibrate their thresholds, and write each model as soon as it is done.
+
+    Detectors learn on the traffic of one seed and are calibrated on that of the `CALIBRATION_RUNS` after it. The files
+    depend on the seed and on what is wanted, and not on the number of processes. What is not trained is taken from the
+    models that `out` holds, else, where all networks are trained on, from those that gpsec comes with. A run uses them
+    by ``detection={"models": out}``. Nothing is printed; a script needs no ``if __name__ == "__main__"``.
+
+    Args:
+        out: folder of the models; new, empty, or with models.
+        detectors: names; those that share arrays with them are trained too. None stands for all of gpsec's own.
+        profiles: names of sensor profiles. None stands for all of gpsec's own.
+        networks: some of `NETWORKS`.
+        parts: detectors and profiles from outside gpsec that are loaded: `FILE.py:Name`, `package.module:Name`, or
+            `FILE.toml`.
+        seed: of traffic, noise and training.
+        jobs: number of processes; None takes one for each core.
+        report: called in this process with how far each of them is.
+
+    Returns:
+        ``profile/matching`` of the models that were trained.
+
+    Raises:
+        GpsecError: there is no such network, profile or detector, a part cannot be loaded, or `out` holds something
+            else than models.
+    """
+    try:
+        loaded = load_parts(parts, Path(), allow_code=True)
+    except ValueError as error:
+        raise GpsecError(f"parts: {error}") from None
+    wanted = Wanted(networks, profiles, detectors, loaded)
+    with tempfile.TemporaryDirectory(prefix="gpsec-train-") as name:
+        pool = Pool(jobs or cores(), Path(name), report or _ignore)
+        return tuple(job.name for job in _train(wanted, Path(out), seed, pool))
+
+
+def _train(wanted: Wanted, out: Path, seed: int, pool: Pool) -> list[Job]:
+    networks, profiles, detectors = wanted.resolved()
+    models = _former(out, whole=len(networks) == len(NETWORKS))
+    configs = {network: shipped.scenarios() / network / f"{network}.sumocfg" for network in networks}
+    nets = {network: resolve_options(path, seed=seed).net_file for network, path in configs.items()}
+    first = (1 + CALIBRATION_RUNS) * seed
+    seeds = range(first, first + 1 + CALIBRATION_RUNS)
+    folder = pool.folder
+    pool.run(
+        "traffic",
+        [
+            (network, record_traffic, (configs[network], traffic_seed, folder / f"{network}-{traffic_seed}.npz"))
+            for network in networks
+            for traffic_seed in seeds
+        ],
+    )
+    lasting = (detectors, wanted.parts)
+    work = [
+        Job(profile, matching, seed, folder, nets, seeds[0], tuple(seeds[1:]), *lasting)
+        for profile in profiles
+        for matching in MATCHINGS
+    ]
+
+    def keep(place: int, model: ProfileModel) -> None:
+        key = work[place].profile, work[place].matching
+        models[key] = merged(models.get(key), model)
+        save(models, out)
+
+    pool.run("models", [(job.name, train_job, (job,)) for job in work], keep)
+    return work
+
+
+def _ignore(progress: TrainingProgress) -> None:
+    return
+
+
+def _former(out: Path, *, whole: bool) -> dict[tuple[str, str], ProfileModel]:
+    """Return the models that what is not trained is taken from, with their arrays read."""
+    found = load(out) if out.is_dir() and any(out.iterdir()) else bundled() if whole else {}
+    return {key: replace(model, learned=dict(model.learned)) for key, model in found.items()}
+
+
+def train_job(job: Job) -> ProfileModel:
+    """Sense the recorded traffic with one profile and matching, train and calibrate."""
+    use(job.parts)
+    profile = PROFILES[job.profile]
+
+    def logs(*seeds: int) -> list[ResidualLog]:
+        runs = [(network, seed) for seed in seeds for network in job.nets]
+        collected = []
+        for done, (network, seed) in enumerate(runs):
+            tell(job.name, "sensing", done, len(runs))
+            recording = recorded_traffic(job.folder / f"{network}-{seed}.npz", job.nets[network])
+            collected.append(residual_log(recording, job.nets[network], network, profile, job.matching, seed))
+        return collected
+
+    def progress(stage: str, done: int, total: int) -> None:
+        tell(job.name, stage, done, total)
+
+    training, calibration = logs(job.training_seed), logs(*job.calibration_seeds)
+    return train_one(training, calibration, job.seed, SETTLE_S, progress, detectors=job.detectors)
