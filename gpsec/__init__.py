@@ -7,6 +7,8 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from gpsec.core.version import __version__
+
 if TYPE_CHECKING:
     from gpsec.core.errors import GpsecError, MachineError
     from gpsec.core.progress import Progress
@@ -16,7 +18,6 @@ if TYPE_CHECKING:
     from gpsec.scenario import Scenario
     from gpsec.training import TrainingProgress, train
 
-__version__ = "0.1.0"
 __all__ = [
     "Checked",
     "GpsecError",
@@ -25,6 +26,7 @@ __all__ = [
     "Results",
     "Scenario",
     "TrainingProgress",
+    "__version__",
     "check",
     "load",
     "read_scenario",

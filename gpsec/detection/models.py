@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from gpsec import __version__
 from gpsec.core.arrays import Floats
 from gpsec.core.errors import GpsecError, nearest, shown
 from gpsec.core.npz import DamagedError, read_npz
+from gpsec.core.version import __version__
 from gpsec.detection.base import Detector, LabelledDetector
 from gpsec.detection.calibration import Calibrated
 from gpsec.detection.learned import Learned

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from gpsec import __version__
+from gpsec.core.version import __version__
 from gpsec.outcomes.tables import whole
 from gpsec.paper.goals import Goal, goals
 from gpsec.paper.studies import (

@@ -8,8 +8,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from gpsec import __version__
 from gpsec.attacks.schedule import Plan
+from gpsec.core.version import __version__
 from gpsec.outcomes.digests import DIGESTS, table_digests
 from gpsec.outcomes.tables import whole
 from gpsec.pipeline.build import Ground

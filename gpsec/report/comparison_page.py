@@ -6,7 +6,7 @@ from typing import Any
 
 import pandas as pd
 
-from gpsec import __version__
+from gpsec.core.version import __version__
 from gpsec.report.comparison import FALSE_ALARMS, comparison, pairs
 from gpsec.report.figure_data import Figure, Series, colours, group_name
 from gpsec.report.formatting import figure, interval

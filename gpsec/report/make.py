@@ -8,7 +8,7 @@ from typing import Any
 
 import pandas as pd
 
-from gpsec import __version__
+from gpsec.core.version import __version__
 from gpsec.report.figure_data import group_name
 from gpsec.report.figures import all_figures
 from gpsec.report.formatting import seconds

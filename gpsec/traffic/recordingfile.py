@@ -10,10 +10,10 @@ from typing import Any, NamedTuple, get_type_hints
 import numpy as np
 from numpy.typing import NDArray
 
-from gpsec import __version__
 from gpsec.core.arrays import Flags, Floats, Ints, Longs
 from gpsec.core.errors import GpsecError, shown
 from gpsec.core.npz import DamagedError, read_npz
+from gpsec.core.version import __version__
 from gpsec.traffic.inputs import UNREADABLE, open_input
 from gpsec.traffic.recording import NameColumn, Recording
 

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from gpsec import __version__
 from gpsec.core.errors import GpsecError
+from gpsec.core.version import __version__
 from gpsec.traffic.recording import RecordedTraffic, Recording, record
 from gpsec.traffic.recordingfile import OnNet, load_recording, on_net, save_recording
 
