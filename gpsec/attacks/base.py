@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import cos, sin
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from gpsec.core import noise
 from gpsec.core.arrays import Flags, Floats, Ints, Keys
 from gpsec.core.kernels import allocating_kernel
-from gpsec.core.tables import Rows
+from gpsec.core.tables import Table
 
 
 @dataclass(frozen=True)
@@ -58,41 +58,36 @@ class Spoofed:
     valid: Flags
 
 
-class NoState(Rows):
-    """State of an attack that needs none."""
-
-    def __post_init__(self) -> None:
-        self._blank = {}
-
-    def _arrays(self) -> list[tuple[str, np.ndarray]]:
-        return []
+class NoState(NamedTuple):
+    """What an attack remembers that needs no memory."""
 
 
 class Attack(BaseModel):
     """A way to falsify GNSS fixes. The fields of a subclass are its parameters, with units and bounds.
 
-    A subclass states its `name` and writes `spoof`, the formula; it may keep a state of arrays per track, whose rows
-    are reset when an attack begins. A row's result must not depend on the other rows, to the last bit: numpy's
-    arithmetic and comparisons are safe; sines and powers come from `unit_vectors` and `powers`, because numpy
-    computes them differently in different places of an array.
+    A subclass states its `name` and writes `spoof`, the formula. What it remembers of each track is a structure of
+    arrays, its `state` (see `gpsec.core.tables`), whose rows are fresh when an attack begins. A row's result must not
+    depend on the other rows, to the last bit: numpy's arithmetic and comparisons are safe; sines and powers come from
+    `unit_vectors` and `powers`, because numpy computes them differently in different places of an array.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
     name: ClassVar[str]
+    state: ClassVar[type[Any]] = NoState
 
     def needed_memory_s(self) -> float:
         """Return how far back `Victims.past_fix` must reach."""
         return 0.0
 
-    def new_state(self, capacity: int) -> Rows:
-        """Return the attack's own arrays for `capacity` track rows."""
-        return NoState()
+    def new_state(self, capacity: int) -> Table[Any]:
+        """Return the table of the attack's own `state`, with `capacity` track rows."""
+        return Table(self.state, capacity)
 
-    def spoof(self, victims: Victims, state: Rows) -> Spoofed:
-        """Return the fixes that the victims receive instead of the honest ones."""
+    def spoof(self, victims: Victims, state: Any) -> Spoofed:
+        """Return the fixes that the victims receive instead of the honest ones; `state` is read and written."""
         raise NotImplementedError
 
-    def apply(self, victims: Victims, state: Rows) -> Spoofed:
+    def apply(self, victims: Victims, state: Any) -> Spoofed:
         """Return what `spoof` gives, after a look at its shapes.
 
         Raises:

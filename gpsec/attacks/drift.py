@@ -5,8 +5,7 @@ from typing import ClassVar
 import numpy as np
 from pydantic import Field
 
-from gpsec.attacks.base import DirectedAttack, Spoofed, Victims
-from gpsec.core.tables import Rows
+from gpsec.attacks.base import DirectedAttack, NoState, Spoofed, Victims
 
 
 class Drift(DirectedAttack):
@@ -21,6 +20,6 @@ class Drift(DirectedAttack):
     rate_mps: float = Field(0.2, ge=0.05, le=0.5)
     cap_m: float = Field(10.0, gt=0.0, le=10_000.0)
 
-    def spoof(self, victims: Victims, state: Rows) -> Spoofed:
+    def spoof(self, victims: Victims, state: NoState) -> Spoofed:
         """Return fix + min(r·t, cap)."""
         return self.displace(victims, np.minimum(self.rate_mps * victims.elapsed_s, self.cap_m))

@@ -4,8 +4,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from gpsec.attacks.base import Attack, Spoofed, Victims
-from gpsec.core.tables import Rows
+from gpsec.attacks.base import Attack, NoState, Spoofed, Victims
 
 
 class Jamming(Attack):
@@ -13,6 +12,6 @@ class Jamming(Attack):
 
     name: ClassVar[str] = "jamming"
 
-    def spoof(self, victims: Victims, state: Rows) -> Spoofed:
+    def spoof(self, victims: Victims, state: NoState) -> Spoofed:
         """Return no fix; the honest position does not hide under the mask either."""
         return Spoofed(np.zeros_like(victims.fix_m), np.zeros_like(victims.fix_valid))

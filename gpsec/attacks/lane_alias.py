@@ -1,29 +1,22 @@
 """Lane alias: a displacement that moves the fix into the neighbouring lane."""
 
-from dataclasses import dataclass
-from typing import ClassVar, Literal, Self, cast
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 
 from gpsec.attacks.base import Attack, Spoofed, Victims, displace_left, random_signs
 from gpsec.core.arrays import Floats
-from gpsec.core.tables import Rows
+from gpsec.core.tables import blank
 
 
-@dataclass
-class LaneAliasState(Rows):
-    """M track rows.
+class LaneAliasState(NamedTuple):
+    """The side of M tracks.
 
     Attributes:
         sign: (M,) +1 left, -1 right, 0 before the first step of the attack.
     """
 
-    sign: Floats
-
-    @classmethod
-    def empty(cls, capacity: int) -> Self:
-        """Return `capacity` rows without a side."""
-        return cls(sign=np.zeros(capacity))
+    sign: Floats = blank(0.0)
 
 
 class LaneAlias(Attack):
@@ -39,18 +32,15 @@ class LaneAlias(Attack):
     """
 
     name: ClassVar[str] = "lane_alias"
+    state: ClassVar[type[Any]] = LaneAliasState
     side: Literal["adjacent", "left", "right"] = "adjacent"
 
-    def new_state(self, capacity: int) -> LaneAliasState:
-        """Return the side of each track."""
-        return LaneAliasState.empty(capacity)
-
-    def spoof(self, victims: Victims, state: Rows) -> Spoofed:
+    def spoof(self, victims: Victims, state: LaneAliasState) -> Spoofed:
         """Return fix + side·lane width."""
-        sign = cast("LaneAliasState", state).sign
-        before = sign[victims.rows]
-        sign[victims.rows] = np.where(before == 0.0, self._choose(victims), before)
-        return displace_left(victims, sign[victims.rows] * victims.lane_width_m)
+        before = state.sign[victims.rows]
+        sign = np.where(before == 0.0, self._choose(victims), before)
+        state.sign[victims.rows] = sign
+        return displace_left(victims, sign * victims.lane_width_m)
 
     def _choose(self, victims: Victims) -> Floats:
         if self.side != "adjacent":

@@ -5,9 +5,8 @@ from typing import ClassVar
 import numpy as np
 from pydantic import Field
 
-from gpsec.attacks.base import Attack, Spoofed, Victims
+from gpsec.attacks.base import Attack, NoState, Spoofed, Victims
 from gpsec.core import noise
-from gpsec.core.tables import Rows
 
 
 class Noise(Attack):
@@ -20,7 +19,7 @@ class Noise(Attack):
     name: ClassVar[str] = "noise"
     sigma_m: float = Field(3.0, gt=0.0, le=10_000.0)
 
-    def spoof(self, victims: Victims, state: Rows) -> Spoofed:
+    def spoof(self, victims: Victims, state: NoState) -> Spoofed:
         """Return fix + φ."""
         east = noise.normals(victims.key, noise.PLAN_ATTACK_EAST, victims.step)
         north = noise.normals(victims.key, noise.PLAN_ATTACK_NORTH, victims.step)

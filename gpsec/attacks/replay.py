@@ -5,8 +5,7 @@ from typing import ClassVar
 import numpy as np
 from pydantic import Field
 
-from gpsec.attacks.base import Attack, Spoofed, Victims
-from gpsec.core.tables import Rows
+from gpsec.attacks.base import Attack, NoState, Spoofed, Victims
 
 
 class Replay(Attack):
@@ -26,7 +25,7 @@ class Replay(Attack):
         """Return τ."""
         return self.delay_s
 
-    def spoof(self, victims: Victims, state: Rows) -> Spoofed:
+    def spoof(self, victims: Victims, state: NoState) -> Spoofed:
         """Return the fix of τ seconds ago."""
         past_m, exists = victims.past_fix(self.delay_s)
         return Spoofed(np.where(exists[:, np.newaxis], past_m, 0.0), victims.fix_valid & exists)

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from math import ceil
-from typing import Self
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from gpsec.attacks.zones import NOBODY, Zone
 from gpsec.core import noise
 from gpsec.core.arrays import Flags, Floats, Ints, Keys
 from gpsec.core.errors import GpsecError, nearest, shown
-from gpsec.core.tables import Rows
+from gpsec.core.tables import blank
 
 SPARED, WAITING, ACTIVE, DONE = 0, 1, 2, 3
 NEVER = int(np.iinfo(np.int32).max)
@@ -33,8 +33,7 @@ class Clock:
         return ceil((time_s - self.origin_s) / self.step_s - 1e-6)
 
 
-@dataclass
-class Schedule(Rows):
+class Schedule(NamedTuple):
     """What one plan has in store for the vehicles; N vehicle rows.
 
     Attributes:
@@ -45,23 +44,11 @@ class Schedule(Rows):
         hold_steps: (N,) steps that an attack lasts after that.
     """
 
-    state: Ints
-    start_step: Ints
-    end_step: Ints
-    inside_step: Ints
-    hold_steps: Ints
-
-    @classmethod
-    def empty(cls, capacity: int) -> Self:
-        """Return `capacity` rows that the plan spares."""
-        n = capacity
-        return cls(
-            state=np.full(n, SPARED, np.int32),
-            start_step=np.full(n, NEVER, np.int32),
-            end_step=np.full(n, NEVER, np.int32),
-            inside_step=np.full(n, -1, np.int32),
-            hold_steps=np.zeros(n, np.int32),
-        )
+    state: Ints = blank(SPARED)
+    start_step: Ints = blank(NEVER)
+    end_step: Ints = blank(NEVER)
+    inside_step: Ints = blank(-1)
+    hold_steps: Ints = blank(0)
 
 
 @dataclass(frozen=True, eq=False)

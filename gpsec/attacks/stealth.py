@@ -6,8 +6,7 @@ from typing import ClassVar
 import numpy as np
 from pydantic import Field
 
-from gpsec.attacks.base import DirectedAttack, Spoofed, Victims, powers
-from gpsec.core.tables import Rows
+from gpsec.attacks.base import DirectedAttack, NoState, Spoofed, Victims, powers
 
 # k of Eq 9 counts samples at 10 Hz. It is taken from the time, so that the attack is the same for every step length.
 _SAMPLE_S = 0.1
@@ -30,7 +29,7 @@ class Stealth(DirectedAttack):
     delta: float = Field(1.05, gt=1.0, le=2.0)
     cap_m: float = Field(5.0, gt=0.0, le=10_000.0)
 
-    def spoof(self, victims: Victims, state: Rows) -> Spoofed:
+    def spoof(self, victims: Victims, state: NoState) -> Spoofed:
         """Return fix + min(γ·δᵏ, cap)."""
         k_at_cap = log(self.cap_m / self.gamma_m) / log(self.delta)
         k = np.minimum(victims.elapsed_s / _SAMPLE_S, k_at_cap)  # beyond it the power might overflow

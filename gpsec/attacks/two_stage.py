@@ -1,30 +1,23 @@
 """Two-stage attack on a fusion filter: FusionRipper."""
 
-from dataclasses import dataclass
-from typing import ClassVar, Literal, Self, cast
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field
 
 from gpsec.attacks.base import Attack, Spoofed, Victims, displace_left, powers, random_signs
 from gpsec.core.arrays import Floats, Ints
-from gpsec.core.tables import Rows
+from gpsec.core.tables import blank
 
 
-@dataclass
-class TwoStageState(Rows):
-    """M track rows.
+class TwoStageState(NamedTuple):
+    """The stage of M tracks.
 
     Attributes:
         trigger_step: (M,) step in which the second stage began, -1 before.
     """
 
-    trigger_step: Ints
-
-    @classmethod
-    def empty(cls, capacity: int) -> Self:
-        """Return `capacity` rows in the first stage."""
-        return cls(trigger_step=np.full(capacity, -1, np.int32))
+    trigger_step: Ints = blank(-1)
 
 
 class TwoStage(Attack):
@@ -47,6 +40,7 @@ class TwoStage(Attack):
     """
 
     name: ClassVar[str] = "two_stage"
+    state: ClassVar[type[Any]] = TwoStageState
     d_m: float = Field(0.5, ge=0.3, le=2.0)
     f: float = Field(1.5, ge=1.1, le=2.0)
     trigger_m: float = Field(0.295, gt=0.0, le=10.0)
@@ -55,18 +49,13 @@ class TwoStage(Attack):
     cap_m: float = Field(10.0, gt=0.0, le=10_000.0)
     side: Literal["left", "right", "random"] = "random"
 
-    def new_state(self, capacity: int) -> TwoStageState:
-        """Return the stage of each track."""
-        return TwoStageState.empty(capacity)
-
-    def spoof(self, victims: Victims, state: Rows) -> Spoofed:
+    def spoof(self, victims: Victims, state: TwoStageState) -> Spoofed:
         """Return fix + side·d in stage one, fix + side·min(d·fⁱ, cap) in stage two."""
         sign = self._signs(victims)
-        trigger_step = cast("TwoStageState", state).trigger_step
-        begun = trigger_step[victims.rows]
+        begun = state.trigger_step[victims.rows]
         gives_way = (sign * victims.deviation_m >= self.trigger_m) | (victims.elapsed_s >= self.timeout_s)
         begun = np.where((begun < 0) & gives_way, victims.step, begun)
-        trigger_step[victims.rows] = begun
+        state.trigger_step[victims.rows] = begun
         update_steps = max(1, round(self.update_s / victims.step_s))
         i = np.where(begun < 0, 0, 1 + (victims.step - begun) // update_steps).astype(np.float64)
         return displace_left(victims, sign * np.minimum(self.d_m * powers(self.f, i), self.cap_m))

@@ -7,12 +7,12 @@ import numpy as np
 
 from gpsec.attacks.base import Victims
 from gpsec.attacks.deviation import note_deviation
-from gpsec.attacks.history import FixHistory
+from gpsec.attacks.history import new_history, reader, record
 from gpsec.attacks.schedule import Clock, Plan, Schedule, needed_memory_s
 from gpsec.core import noise
 from gpsec.core.arrays import Flags, Ints
 from gpsec.core.stopwatch import Stopwatch
-from gpsec.core.tables import Rows, Slots, Table
+from gpsec.core.tables import Slots, Table
 from gpsec.core.threads import Threads
 from gpsec.hdmap.map import HDMap
 from gpsec.hdmap.matching import locate
@@ -68,9 +68,9 @@ class Convoy:
         self._sensor_state = sensors.new_state(1)
         self._profile_of = profile_of
         self._plans = list(plans)
-        self._schedules = [Schedule.empty(1) for _ in plans]
+        self._schedules = [Table(Schedule) for _ in plans]
         self._attack_states = [plan.attack.new_state(1) for plan in plans]
-        self._history = FixHistory.empty(1, needed_memory_s(plans), step_s)
+        self._history = new_history(1, needed_memory_s(plans), step_s)
         self._method = method
         self._outcome_tables = list(outcome_tables)
         self._close = close
@@ -105,7 +105,7 @@ class Convoy:
         self._threads.run(locate, rows, self._map.lanes, self._map.index, self._map.sides, vehicles)
         self._watch.lap("truth")
         self._sensors.sense(self._sensor_state, vehicles, self.seen, rows, frame.step, self._threads)
-        self._history.record(rows, frame.step, self.seen.fix_m, self.seen.fix_valid)
+        record(rows, frame.step, self.seen.fix_m, self.seen.fix_valid, self._history.now)
         self._watch.lap("sensors")
         self._move_plans(frame)
         self._spoof(frame.step)
@@ -166,7 +166,7 @@ class Convoy:
         for plan, schedule in zip(self._plans, self._schedules, strict=True):
             aimed = np.array([plan.aims_at(*who) for who in people])
             settled = frame.step + self._settle_steps
-            plan.enter(schedule, new, vehicles.key[new], aimed, settled, self._clock)
+            plan.enter(schedule.now, new, vehicles.key[new], aimed, settled, self._clock)
         self._refresh_rows()
 
     def _move_plans(self, frame: Frame) -> None:
@@ -176,7 +176,7 @@ class Convoy:
         age = step - self.vehicles.born_step[tracks.vehicle[self.track_rows]]
         tracks.settled[self.track_rows] = age >= self._settle_steps
         for number, (plan, schedule) in enumerate(zip(self._plans, self._schedules, strict=True), start=1):
-            starting, ending = plan.advance(schedule, rows, self.vehicles.rear_m, step, frame.spoofers_m)
+            starting, ending = plan.advance(schedule.now, rows, self.vehicles.rear_m, step, frame.spoofers_m)
             if len(ending):
                 ended = np.array([self._track(row, number) for row in ending.tolist()], np.int32)
                 tracks.attacked[ended] = False
@@ -221,9 +221,9 @@ class Convoy:
                 left_lane=left_lane,
                 right_lane=right_lane,
                 deviation_m=tracks.deviation_m[chosen],
-                past_fix=self._history.reader(vehicle, step, self._clock.step_s),
+                past_fix=reader(self._history.now, vehicle, step, self._clock.step_s),
             )
-            spoofed = plan.attack.apply(victims, self._attack_states[number - 1])
+            spoofed = plan.attack.apply(victims, self._attack_states[number - 1].now)
             tracks.fix_m[chosen] = spoofed.fix_m
             tracks.fix_valid[chosen] = spoofed.valid
 
@@ -260,8 +260,8 @@ class Convoy:
     def _refresh_rows(self) -> None:
         self.track_rows = np.flatnonzero(self._used).astype(np.int32)
 
-    def _vehicle_states(self) -> list[Rows | Table[Any]]:
+    def _vehicle_states(self) -> list[Table[Any]]:
         return [self._vehicles, self._seen, self._sensor_state, self._history, *self._schedules]
 
-    def _track_states(self) -> list[Rows | Table[Any]]:
+    def _track_states(self) -> list[Table[Any]]:
         return [self._tracks, *self._outcome_tables]

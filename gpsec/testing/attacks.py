@@ -87,7 +87,7 @@ def nobody_is_a_victim(case: AttackCase) -> None:
         return np.zeros((0, 2)), np.zeros(0, np.bool_)
 
     attack = case.build()
-    spoofed = attack.apply(make_victims(0, past_fix=nothing), attack.new_state(4))
+    spoofed = attack.apply(make_victims(0, past_fix=nothing), attack.new_state(4).now)
     require(spoofed.fix_m.shape == (0, 2), "a step without victims has an answer of no rows")
 
 
@@ -127,7 +127,7 @@ def inputs_are_left_alone(case: AttackCase) -> None:
     held |= {"past_m": past_m, "exists": exists}
     before = {name: value.copy() for name, value in held.items()}
     attack = case.build()
-    spoofed = attack.apply(victims, attack.new_state(3))
+    spoofed = attack.apply(victims, attack.new_state(3).now)
     spoofed.fix_m[:] = -1.0
     spoofed.valid[:] = ~spoofed.valid
     for name, value in held.items():
@@ -196,11 +196,11 @@ def a_reset_row_begins_anew(case: AttackCase) -> None:
         left_lane=np.array([True]),
         past_fix=fresh.past_fix,
     )
-    expected = attack.apply(fresh, attack.new_state(1)).fix_m
+    expected = attack.apply(fresh, attack.new_state(1).now).fix_m
     state = attack.new_state(1)
-    attack.apply(used, state)
+    attack.apply(used, state.now)
     state.reset(used.rows)
-    require(np.array_equal(attack.apply(fresh, state).fix_m, expected), "a row that is reset begins anew")
+    require(np.array_equal(attack.apply(fresh, state.now).fix_m, expected), "a row that is reset begins anew")
 
 
 def same(one: Answers, other: Answers) -> bool:

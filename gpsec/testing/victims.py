@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gpsec.attacks.base import Attack, Spoofed, Victims
-from gpsec.attacks.history import FixHistory
+from gpsec.attacks.history import new_history, reader, record
 from gpsec.core.arrays import Flags, Floats
 from gpsec.core.noise import vehicle_key
 from gpsec.testing.contract import BrokenContractError, require
@@ -46,7 +46,7 @@ def make_victims(m: int = 1, **given: object) -> Victims:
 
 def displacement(attack: Attack, victims: Victims) -> np.ndarray:
     """Return (m, 2) spoofed minus honest fix in the first step of an attack."""
-    state = attack.new_state(int(victims.rows.max()) + 1)
+    state = attack.new_state(int(victims.rows.max()) + 1).now
     return attack.apply(victims, state).fix_m - victims.fix_m
 
 
@@ -110,13 +110,13 @@ def drive(
     """
     steps, m = world.fix_valid.shape
     rows = np.arange(m, dtype=np.int32) if rows is None else rows
-    state = attack.new_state(int(rows.max()) + 1)
-    history = FixHistory.empty(m, attack.needed_memory_s(), STEP_S)
+    state = attack.new_state(int(rows.max()) + 1).now
+    history = new_history(m, attack.needed_memory_s(), STEP_S).now
     result = []
     for step in range(steps):
-        history.record(np.arange(m, dtype=np.int32), step, world.fix_m[step], world.fix_valid[step])
+        record(np.arange(m, dtype=np.int32), step, world.fix_m[step], world.fix_valid[step], history)
         on = np.flatnonzero(world.began <= step)
-        read = history.reader(on.astype(np.int32), step, STEP_S)
+        read = reader(history, on.astype(np.int32), step, STEP_S)
 
         def past_fix(delay_s: float, read: PastFix = read) -> tuple[Floats, Flags]:
             watch(delay_s)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from gpsec.attacks.base import Attack, Spoofed, Victims, powers, unit_vectors
+from gpsec.attacks.base import Attack, NoState, Spoofed, Victims, powers, unit_vectors
 from gpsec.attacks.constant_bias import ConstantBias
 from gpsec.attacks.drift import Drift
 from gpsec.attacks.jamming import Jamming
@@ -14,7 +14,6 @@ from gpsec.attacks.noise import Noise
 from gpsec.attacks.replay import Replay
 from gpsec.attacks.stealth import Stealth
 from gpsec.attacks.two_stage import TwoStage
-from gpsec.core.tables import Rows
 from gpsec.testing.victims import displacement, make_victims
 
 NORTH = np.pi / 2
@@ -93,7 +92,7 @@ def test_replay_gives_the_past_fix_where_there_is_one() -> None:
 
     victims = make_victims(3, past_fix=past_fix, fix_valid=np.array([True, True, False]))
     attack = Replay(delay_s=4.0)
-    spoofed = attack.apply(victims, attack.new_state(3))
+    spoofed = attack.apply(victims, attack.new_state(3).now)
     assert asked == [4.0]
     assert spoofed.valid.tolist() == [True, False, False]
     assert spoofed.fix_m[0].tolist() == [1.0, 2.0]
@@ -102,7 +101,7 @@ def test_replay_gives_the_past_fix_where_there_is_one() -> None:
 
 def test_jamming_leaves_no_fix_and_no_honest_position_under_the_mask() -> None:
     attack = Jamming()
-    spoofed = attack.apply(make_victims(2, fix_m=np.array([[7.0, 8.0], [9.0, 1.0]])), attack.new_state(2))
+    spoofed = attack.apply(make_victims(2, fix_m=np.array([[7.0, 8.0], [9.0, 1.0]])), attack.new_state(2).now)
     assert not spoofed.valid.any()
     assert not spoofed.fix_m.any()
 
@@ -131,7 +130,7 @@ def test_lane_alias_draws_where_both_or_neither_side_has_a_lane(there: bool) -> 
 
 def test_lane_alias_keeps_its_side_after_a_lane_change_and_follows_the_width() -> None:
     attack = LaneAlias()
-    state = attack.new_state(1)
+    state = attack.new_state(1).now
     yes, no = np.array([True]), np.array([False])
     attack.apply(make_victims(1, left_lane=yes, right_lane=no), state)
     later = attack.apply(make_victims(1, left_lane=no, right_lane=yes, lane_width_m=np.array([2.8])), state)
@@ -140,7 +139,7 @@ def test_lane_alias_keeps_its_side_after_a_lane_change_and_follows_the_width() -
 
 def run_two_stage(attack: TwoStage, deviation_m: list[float], step_s: float = 0.1) -> list[float]:
     """Displacement to the left in each step of one victim."""
-    state = attack.new_state(1)
+    state = attack.new_state(1).now
     return [
         float(
             attack.apply(
@@ -174,7 +173,7 @@ def test_two_stage_stops_waiting() -> None:
 
 def test_two_stage_does_not_overflow() -> None:
     attack = TwoStage(f=2.0, timeout_s=0.0, update_s=0.1, cap_m=10.0, side="left")
-    state = attack.new_state(1)
+    state = attack.new_state(1).now
     attack.apply(make_victims(1, step=0), state)
     late = attack.apply(make_victims(1, step=10_000, elapsed_s=np.array([1000.0])), state)
     assert late.fix_m == near([[0.0, 10.0]])
@@ -184,8 +183,8 @@ def test_a_wrong_shape_is_named() -> None:
     class Flat(Attack):
         name = "flat"
 
-        def spoof(self, victims: Victims, state: Rows) -> Spoofed:
+        def spoof(self, victims: Victims, state: NoState) -> Spoofed:
             return Spoofed(victims.fix_m[:, 0], victims.fix_valid)
 
     with pytest.raises(TypeError, match=r"'flat': fix_m must be \(3, 2\) of float64, found \(3,\)"):
-        Flat().apply(make_victims(3), Flat().new_state(3))
+        Flat().apply(make_victims(3), Flat().new_state(3).now)

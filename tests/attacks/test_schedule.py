@@ -19,6 +19,7 @@ from gpsec.attacks.schedule import (
 from gpsec.attacks.zones import Zone
 from gpsec.core.errors import GpsecError
 from gpsec.core.noise import vehicle_key
+from gpsec.core.tables import Table
 
 N = 4000
 ROWS = np.arange(N, dtype=np.int32)
@@ -34,13 +35,13 @@ def make_plan(attack: str = "drift", zone: Zone | None = None, **settings: objec
 
 
 def entered(plan: Plan, settled_step: int = 0, clock: Clock = SECONDS, type_ok: np.ndarray = ALL) -> Schedule:
-    schedule = Schedule.empty(N)
+    schedule = Table(Schedule, N).now
     plan.enter(schedule, ROWS, KEYS, type_ok, settled_step, clock)
     return schedule
 
 
 def one(plan: Plan, settled_step: int = 0, clock: Clock = SECONDS) -> Schedule:
-    schedule = Schedule.empty(1)
+    schedule = Table(Schedule, 1).now
     plan.enter(schedule, ROWS[:1], KEYS[:1], ALL[:1], settled_step, clock)
     return schedule
 
@@ -79,7 +80,7 @@ def test_plans_with_equal_settings_attack_the_same_vehicles_in_the_same_windows(
 
 def test_a_vehicles_window_depends_on_its_key_alone() -> None:
     plan = make_plan(share=0.5)
-    batch, mixed = entered(plan), Schedule.empty(N)
+    batch, mixed = entered(plan), Table(Schedule, N).now
     for part in (ROWS[::-2], ROWS[::2]):  # other rows, other order, other batches
         plan.enter(mixed, part, KEYS[part], ALL[part], 0, SECONDS)
     assert np.array_equal(batch.start_step, mixed.start_step)
@@ -171,11 +172,12 @@ def test_each_vehicle_of_a_fleet_begins_and_ends_once() -> None:
 
 def test_only_the_rows_on_the_road_move_on_and_a_reset_row_is_spared() -> None:
     plan = make_plan(start_after_s=[0, 0])
-    schedule = entered(plan)
-    starting, _ = plan.advance(schedule, ROWS[5:8], np.zeros((N, 2)), 0)
+    schedules = Table(Schedule, N)
+    plan.enter(schedules.now, ROWS, KEYS, ALL, 0, SECONDS)
+    starting, _ = plan.advance(schedules.now, ROWS[5:8], np.zeros((N, 2)), 0)
     assert starting.tolist() == [5, 6, 7]
-    schedule.reset(ROWS[6:7])
-    assert schedule.state[4:9].tolist() == [WAITING, ACTIVE, SPARED, ACTIVE, WAITING]
+    schedules.reset(ROWS[6:7])
+    assert schedules.now.state[4:9].tolist() == [WAITING, ACTIVE, SPARED, ACTIVE, WAITING]
 
 
 SQUARE = Zone("yard", np.array([[10.0, 0.0], [20.0, 0.0], [20.0, 10.0], [10.0, 10.0]]))
@@ -249,9 +251,11 @@ def test_a_spoofer_without_a_hold_lets_go_at_once() -> None:
 
 def test_a_row_that_is_used_again_knows_nothing_of_its_last_vehicle() -> None:
     plan = make_plan(zone=AROUND_VAN)
-    schedule = one(plan)
+    schedules = Table(Schedule, 1)
+    schedule = schedules.now
+    plan.enter(schedule, ROWS[:1], KEYS[:1], ALL[:1], 0, SECONDS)
     follow_van(plan, schedule, [0.0], [[0.0]])
-    schedule.reset(ROWS[:1])
+    schedules.reset(ROWS[:1])
     plan.enter(schedule, ROWS[:1], KEYS[:1], ALL[:1], 1, SECONDS)
     assert schedule.inside_step[0] == -1
     assert follow_van(plan, schedule, [0.0, 0.0, 0.0], [[9.0], [9.0], [0.0]]) == [False, False, True]
