@@ -1,7 +1,6 @@
 """Plans that vehicles carry: a spoofer that follows traffic, or a vehicle that is attacked by itself."""
 
-from collections.abc import Mapping, Sequence
-from typing import Protocol
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -9,6 +8,7 @@ from gpsec.attacks.plans import MAX_TIME_S, PlanConfig
 from gpsec.attacks.registry import ATTACKS
 from gpsec.attacks.zones import PLAN_KEYS, Zone, metres, number, plan_from_text, stated
 from gpsec.core.errors import GpsecError, nearest, shown
+from gpsec.types.attack_inputs import CarriedAttack
 from gpsec.types.constants import PREFIX
 
 # A car that follows its victim reached 40 to 50 m with a portable spoofer (Zeng et al., "All Your GPS Are Belong To
@@ -20,33 +20,7 @@ _MAX_HOLD_S = 600.0
 _MOVING_KEYS = ("radius_m", "hold_s")
 
 
-class Carried(Protocol):
-    """What the traffic source hands over.
-
-    Attributes:
-        where: its place in a file, for error messages.
-        plan: name of its plan.
-        stated: whether it states that name, which several may share.
-        transmits: it is a spoofer that follows traffic; otherwise it is attacked itself.
-        vehicles: pattern of the ids of its vehicles.
-        parameters: its ``gpsec.…`` parameters by their whole names.
-    """
-
-    @property
-    def where(self) -> str: ...  # noqa: D102
-    @property
-    def plan(self) -> str: ...  # noqa: D102
-    @property
-    def stated(self) -> bool: ...  # noqa: D102
-    @property
-    def transmits(self) -> bool: ...  # noqa: D102
-    @property
-    def vehicles(self) -> str: ...  # noqa: D102
-    @property
-    def parameters(self) -> Mapping[str, str]: ...  # noqa: D102
-
-
-def plans_from_vehicles(carried: Sequence[Carried]) -> list[tuple[PlanConfig, Zone | None, str]]:
+def plans_from_vehicles(carried: Sequence[CarriedAttack]) -> list[tuple[PlanConfig, Zone | None, str]]:
     """Return the plans that vehicles carry, each with the area about its spoofers (None without) and its place.
 
     What states the same plan is one plan, and must say the same.
@@ -54,14 +28,14 @@ def plans_from_vehicles(carried: Sequence[Carried]) -> list[tuple[PlanConfig, Zo
     Raises:
         GpsecError: a parameter is missing, unknown or not allowed, or a plan is not the same everywhere.
     """
-    groups: dict[tuple[str, str], list[Carried]] = {}
+    groups: dict[tuple[str, str], list[CarriedAttack]] = {}
     for attack in carried:
         # One that does not state its plan is alone; two of the same id are refused when plans are gathered.
-        groups.setdefault((attack.plan, "" if attack.stated else attack.where), []).append(attack)
+        groups.setdefault((attack.plan, "" if attack.states_plan else attack.where), []).append(attack)
     return [_plan(members) for members in groups.values()]
 
 
-def _plan(members: Sequence[Carried]) -> tuple[PlanConfig, Zone | None, str]:
+def _plan(members: Sequence[CarriedAttack]) -> tuple[PlanConfig, Zone | None, str]:
     first = members[0]
     for other in members[1:]:
         _check_same(first, other)
@@ -87,7 +61,7 @@ def _plan(members: Sequence[Carried]) -> tuple[PlanConfig, Zone | None, str]:
     return plan_from_text(name, given, whole_journey, where, others), None, where
 
 
-def _check_same(first: Carried, other: Carried) -> None:
+def _check_same(first: CarriedAttack, other: CarriedAttack) -> None:
     if first.transmits != other.transmits:
         raise GpsecError(
             f"{other.where}: {PREFIX}plan: expected a plan of its own, found '{shown(other.plan)}' of {first.where}: "

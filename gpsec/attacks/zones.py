@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import isfinite
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import shapely
@@ -13,32 +13,13 @@ from gpsec.attacks.plans import MAX_TIME_S, PlanConfig, plan_config
 from gpsec.attacks.registry import ATTACKS, build_attack
 from gpsec.core.arrays import Flags, Floats
 from gpsec.core.errors import GpsecError, shown
+from gpsec.types.attack_inputs import DrawnZone
 from gpsec.types.constants import PREFIX
 
 NOBODY: Mapping[str, Floats] = {}
 """No vehicle carries a spoofer."""
 _MAX_RADIUS_M = 1e6
 PLAN_KEYS = {"begin": "begin_s", "end": "end_s", "share": "share"}
-
-
-class DrawnZone(Protocol):
-    """What the traffic source hands over.
-
-    Attributes:
-        zone_id: id of the polygon or point.
-        kind: "polygon" or "point".
-        shape_m: (n, 2) vertices in the net's frame; one for a point.
-        parameters: its ``gpsec.…`` parameters by their whole names; an empty value is as good as none.
-    """
-
-    @property
-    def zone_id(self) -> str: ...  # noqa: D102
-    @property
-    def kind(self) -> str: ...  # noqa: D102
-    @property
-    def shape_m(self) -> Floats: ...  # noqa: D102
-    @property
-    def parameters(self) -> dict[str, str]: ...  # noqa: D102
 
 
 @dataclass(frozen=True, eq=False)

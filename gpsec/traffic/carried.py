@@ -5,8 +5,6 @@ known before the first vehicle departs, so that these are looked for in the file
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
-from glob import escape
 from pathlib import Path
 
 import numpy as np
@@ -14,55 +12,12 @@ import numpy as np
 from gpsec.core.arrays import Floats
 from gpsec.core.errors import GpsecError, shown
 from gpsec.traffic.inputs import own_parameters
-from gpsec.types.constants import PREFIX
+from gpsec.types.attack_inputs import ATTACK_KEY, CarriedAttack
 
-ATTACK_KEY, PLAN_KEY, RADIUS_KEY = f"{PREFIX}attack", f"{PREFIX}plan", f"{PREFIX}radius_m"
 # SUMO gives −2³⁰ where a vehicle is nowhere.
 NOWHERE_M = -1e9
 # What may depart: elements of a route file that a vehicle gets its parameters from.
 DEPARTING = ("vehicle", "trip", "flow")
-
-
-@dataclass(frozen=True)
-class CarriedAttack:
-    """The ``gpsec.…`` parameters of something that carries an attack.
-
-    Attributes:
-        file: that it is in.
-        element: its tag: ``vType``, ``vehicle``, ``trip`` or ``flow``.
-        owner_id: its id.
-        parameters: with their prefix.
-    """
-
-    file: Path
-    element: str
-    owner_id: str
-    parameters: dict[str, str] = field(default_factory=dict)
-
-    @property
-    def where(self) -> str:
-        """Its place, for error messages."""
-        return f"{self.file}: {self.element} '{shown(self.owner_id)}'"
-
-    @property
-    def plan(self) -> str:
-        """Name of its plan: as stated, otherwise its id."""
-        return self.parameters.get(PLAN_KEY, "").strip() or self.owner_id
-
-    @property
-    def stated(self) -> bool:
-        """Whether it states its plan, which several may share."""
-        return bool(self.parameters.get(PLAN_KEY, "").strip())
-
-    @property
-    def transmits(self) -> bool:
-        """Whether it is a spoofer that follows traffic; otherwise it is attacked itself."""
-        return self.element == "vType" or bool(self.parameters.get(RADIUS_KEY, "").strip())
-
-    @property
-    def vehicles(self) -> str:
-        """Pattern of the ids of its vehicles; a flow's are numbered behind a dot."""
-        return escape(self.owner_id) + (".*" if self.element == "flow" else "")
 
 
 def carried_attacks(files: Iterable[Path]) -> list[CarriedAttack]:

@@ -20,7 +20,7 @@ from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.ring import CAPACITY, DEPTH, Head, Ring
 from gpsec.traffic.serving import serve
 from gpsec.traffic.source import Equip, Frame
-from gpsec.traffic.zones import ZoneShape
+from gpsec.types.attack_inputs import DrawnZone
 
 if TYPE_CHECKING:
     from gpsec.traffic.window import Look
@@ -93,11 +93,11 @@ class RemoteSession:
         """How the other process ended, None while it runs."""
         return self._process.exitcode
 
-    def zones(self, known_keys: Collection[str]) -> list[ZoneShape]:
+    def zones(self, known_keys: Collection[str]) -> list[DrawnZone]:
         """Return the attack zones of the scenario; to be called before the first step."""
         _ = self.step_s  # the first answer
         self._send(list(known_keys))
-        found: list[ZoneShape] = self._receive()
+        found: list[DrawnZone] = self._receive()
         return found
 
     def frames(self, duration_s: float | None = None) -> Iterator[Frame]:

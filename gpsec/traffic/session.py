@@ -23,7 +23,8 @@ from gpsec.traffic.source import Equip, Frame
 from gpsec.traffic.stderr import CaughtStderr, sumo_words
 from gpsec.traffic.vehicletypes import check_type_keys
 from gpsec.traffic.window import GuiWindow, Look, WindowClosedError, window_arguments
-from gpsec.traffic.zones import ZoneShape, read_zones
+from gpsec.traffic.zones import read_zones
+from gpsec.types.attack_inputs import DrawnZone
 
 # Neither is a kind of the other.
 SUMO_ERRORS = (libsumo.TraCIException, libsumo.FatalTraCIError)
@@ -137,7 +138,7 @@ class SumoSession:
         """Vehicles so far of each SUMO class that is never equipped; those that carry a spoofer are not among them."""
         return dict(self._roster.traffic_only)
 
-    def zones(self, known_keys: Collection[str]) -> list[ZoneShape]:
+    def zones(self, known_keys: Collection[str]) -> list[DrawnZone]:
         """Return the attack zones of the scenario; see `gpsec.traffic.zones.read_zones`."""
         return read_zones(known_keys, self._input_files)
 

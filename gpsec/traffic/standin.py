@@ -5,7 +5,7 @@ from types import TracebackType
 from typing import Self
 
 from gpsec.traffic.options import SumoOptions
-from gpsec.traffic.zones import ZoneShape
+from gpsec.types.attack_inputs import DrawnZone
 
 
 class StandIn:
@@ -34,7 +34,7 @@ class StandIn:
     ) -> None:
         self.close()
 
-    def zones(self, known_keys: Collection[str]) -> list[ZoneShape]:
+    def zones(self, known_keys: Collection[str]) -> list[DrawnZone]:
         """Return none."""
         return []
 

@@ -6,9 +6,10 @@ from math import inf
 from pathlib import Path
 
 from gpsec.core.errors import GpsecError, nearest, shown
-from gpsec.traffic.carried import ATTACK_KEY, carried_attacks
+from gpsec.traffic.carried import carried_attacks
 from gpsec.traffic.input_files import input_files
 from gpsec.traffic.inputs import all_matches, own_parameters
+from gpsec.types.attack_inputs import ATTACK_KEY
 from gpsec.types.constants import PREFIX
 
 # Everything that drives on roads with four wheels or more, for which the single-track body, the lane camera and the

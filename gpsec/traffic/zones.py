@@ -1,40 +1,22 @@
 """Attack zones that a user has drawn in netedit: polygons and points of type ``gpsec.attack``."""
 
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, Protocol
+from typing import Any, Protocol
 from xml.etree import ElementTree
 
 import numpy as np
 
-from gpsec.core.arrays import Floats
 from gpsec.core.errors import GpsecError, nearest, shown
-from gpsec.traffic.carried import ATTACK_KEY, DEPARTING
+from gpsec.traffic.carried import DEPARTING
 from gpsec.traffic.input_files import input_files
 from gpsec.traffic.inputs import UNREADABLE, first_match, is_plain, open_input, own_parameters
 from gpsec.traffic.options import SumoOptions
+from gpsec.types.attack_inputs import ATTACK_KEY, DrawnZone
 
 ZONE_TYPE = "gpsec.attack"
 # SUMO leaves out a polygon or point with one of these in its id, with a warning.
 _REFUSED_IN_IDS = " \t\n\r|\\'\";,<>&"
-
-
-@dataclass(frozen=True)
-class ZoneShape:
-    """A zone as it was drawn.
-
-    Attributes:
-        zone_id: id of the polygon or point.
-        kind: ``polygon`` or ``point``.
-        shape_m: (n, 2) corners in the net's frame; one row for a point.
-        parameters: the ``gpsec.…`` parameters that it has, with the prefix.
-    """
-
-    zone_id: str
-    kind: Literal["polygon", "point"]
-    shape_m: Floats
-    parameters: dict[str, str]
 
 
 class ZoneSource(Protocol):
@@ -46,12 +28,12 @@ class ZoneSource(Protocol):
 
     options: SumoOptions
 
-    def zones(self, known_keys: Collection[str]) -> list[ZoneShape]:
+    def zones(self, known_keys: Collection[str]) -> list[DrawnZone]:
         """Return the zones; see `read_zones`."""
         ...
 
 
-def read_zones(known_keys: Collection[str], files: tuple[Path, ...]) -> list[ZoneShape]:
+def read_zones(known_keys: Collection[str], files: tuple[Path, ...]) -> list[DrawnZone]:
     """Ask the running simulation for the zones, in the order of their ids.
 
     Args:
@@ -67,7 +49,7 @@ def read_zones(known_keys: Collection[str], files: tuple[Path, ...]) -> list[Zon
     loaded = {"poly": set(libsumo.polygon.getIDList()), "poi": set(libsumo.poi.getIDList())}
     _refuse_lost(loaded, files)
     polygons = [
-        ZoneShape(
+        DrawnZone(
             zone,
             "polygon",
             np.array(libsumo.polygon.getShape(zone), float),
@@ -77,7 +59,7 @@ def read_zones(known_keys: Collection[str], files: tuple[Path, ...]) -> list[Zon
         if libsumo.polygon.getType(zone) == ZONE_TYPE
     ]
     points = [
-        ZoneShape(
+        DrawnZone(
             zone, "point", np.array([libsumo.poi.getPosition(zone)], float), _parameters(libsumo.poi, zone, known_keys)
         )
         for zone in sorted(loaded["poi"])

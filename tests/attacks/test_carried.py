@@ -1,6 +1,6 @@
 """Attacks that vehicles carry, as plans; and what is refused in which words."""
 
-from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,18 +9,13 @@ from gpsec.attacks.carried import plans_from_vehicles
 from gpsec.attacks.drift import Drift
 from gpsec.attacks.plans import MAX_TIME_S
 from gpsec.core.errors import GpsecError
+from gpsec.types.attack_inputs import CarriedAttack
 
 
-@dataclass(frozen=True)
-class Found:
-    """What a traffic source gives."""
-
-    plan: str = "van"
-    transmits: bool = True
-    stated: bool = False
-    vehicles: str = "v"
-    where: str = "a.rou.xml: vType 'van'"
-    parameters: dict[str, str] = field(default_factory=lambda: {"gpsec.attack": "drift"})
+def carried(element: str = "vType", owner: str = "van", /, *, file: str = "a.rou.xml", **given: str) -> CarriedAttack:
+    """Return what the element of that id carries: a drift, unless another attack is given."""
+    parameters = {"gpsec.attack": "drift"} | {f"gpsec.{key}": value for key, value in given.items()}
+    return CarriedAttack(Path(file), element, owner, parameters)
 
 
 def drift(**others: str) -> dict[str, str]:
@@ -28,7 +23,7 @@ def drift(**others: str) -> dict[str, str]:
 
 
 def test_a_spoofer_reaches_as_far_as_was_published_and_spares_nobody() -> None:
-    [(config, zone, where)] = plans_from_vehicles([Found()])
+    [(config, zone, where)] = plans_from_vehicles([carried()])
     assert (config.name, config.zone, config.share, config.vehicles) == ("van", "van", 1.0, ())
     assert (config.begin_s, config.end_s) == (0.0, None)
     assert config.build_attack() == Drift()
@@ -40,10 +35,8 @@ def test_a_spoofer_reaches_as_far_as_was_published_and_spares_nobody() -> None:
 
 
 def test_a_spoofer_that_says_everything() -> None:
-    said = drift(
-        radius_m="30", hold_s="0", begin="5", end="60", share="0.5", rate_mps="0.3", plan="two", direction_deg="0"
-    )
-    [(config, zone, _)] = plans_from_vehicles([Found(plan="two", stated=True, parameters=said)])
+    said = {"radius_m": "30", "hold_s": "0", "begin": "5", "end": "60", "share": "0.5", "direction_deg": "0"}
+    [(config, zone, _)] = plans_from_vehicles([carried(**said, rate_mps="0.3", plan="two")])
     assert (config.name, config.begin_s, config.end_s, config.share) == ("two", 5.0, 60.0, 0.5)
     assert config.build_attack() == Drift(rate_mps=0.3, direction_deg=0.0)
     assert zone is not None
@@ -55,19 +48,16 @@ def test_a_spoofer_that_says_everything() -> None:
 
 
 def test_a_vehicle_that_is_attacked_itself_is_from_when_it_has_settled() -> None:
-    own = Found(plan="east", transmits=False, vehicles="east.*", parameters=drift(begin="20"))
-    [(config, zone, _)] = plans_from_vehicles([own])
+    [(config, zone, _)] = plans_from_vehicles([carried("flow", "east", begin="20")])
     assert zone is None
     assert (config.name, config.vehicles, config.begin_s) == ("east", ("east.*",), 20.0)
     assert (config.start_after_s, config.duration_s) == ((0.0, 0.0), (MAX_TIME_S, MAX_TIME_S))
 
 
 def test_those_that_state_the_same_plan_are_one() -> None:
-    members = [
-        Found(plan="p", stated=True, transmits=False, vehicles=name, parameters=drift(plan="p"))
-        for name in ("a", "b.*", "c")
-    ]
-    alone = Found(plan="d", transmits=False, vehicles="d")
+    who = (("vehicle", "a"), ("flow", "b"), ("trip", "c"))
+    members = [carried(element, owner, plan="p") for element, owner in who]
+    alone = carried("vehicle", "d")
     plans = plans_from_vehicles([members[0], alone, *members[1:]])
     assert [(config.name, config.vehicles) for config, _, _ in plans] == [("p", ("a", "b.*", "c")), ("d", ("d",))]
 
@@ -94,19 +84,21 @@ REFUSED = {
 def test_refused(name: str) -> None:
     parameters, says = REFUSED[name]
     with pytest.raises(GpsecError, match=r"^a\.rou\.xml: vType 'van': " + says):
-        plans_from_vehicles([Found(parameters=parameters)])
+        plans_from_vehicles([CarriedAttack(Path("a.rou.xml"), "vType", "van", parameters)])
 
 
 def test_a_hold_is_for_spoofers_only() -> None:
     with pytest.raises(GpsecError, match=r"unknown key 'gpsec\.hold_s' for attack 'drift'"):
-        plans_from_vehicles([Found(transmits=False, parameters=drift(hold_s="1"))])
+        plans_from_vehicles([carried("vehicle", "v", hold_s="1")])
 
 
 def test_those_of_one_plan_must_say_the_same() -> None:
-    first = Found(plan="p", stated=True, where="one", parameters=drift(plan="p"))
-    other = Found(plan="p", stated=True, where="two", parameters=drift(plan="p", share="0.5"))
-    with pytest.raises(GpsecError, match=r"^two: gpsec\.share: expected the same as in one .* none, found '0\.5'"):
+    first = carried(plan="p", file="one")
+    other = carried(plan="p", file="two", share="0.5")
+    with pytest.raises(
+        GpsecError, match=r"^two: vType 'van': gpsec\.share: expected the same as in one.* found '0\.5'"
+    ):
         plans_from_vehicles([first, other])
-    attacked = Found(plan="p", stated=True, transmits=False, where="two", parameters=drift(plan="p"))
-    with pytest.raises(GpsecError, match=r"^two: gpsec\.plan: expected a plan of its own"):
+    attacked = carried("vehicle", "v", plan="p", file="two")
+    with pytest.raises(GpsecError, match=r"^two: vehicle 'v': gpsec\.plan: expected a plan of its own"):
         plans_from_vehicles([first, attacked])

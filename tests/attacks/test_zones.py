@@ -1,7 +1,5 @@
 """Zones as they come out of a drawing: geometry by hand, and what a bad parameter gets."""
 
-from dataclasses import dataclass, field
-
 import numpy as np
 import pytest
 
@@ -9,19 +7,14 @@ from gpsec.attacks.constant_bias import ConstantBias
 from gpsec.attacks.registry import ATTACKS
 from gpsec.attacks.zones import Zone, plans_from_zones, zone_keys
 from gpsec.core.errors import GpsecError
+from gpsec.types.attack_inputs import DrawnZone
 
 SQUARE = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]])
 POINT = np.array([[3.0, 4.0]])
 
 
-@dataclass(frozen=True)
-class Drawn:
-    """What a traffic source gives."""
-
-    kind: str = "polygon"
-    shape_m: np.ndarray = field(default_factory=lambda: SQUARE)
-    parameters: dict[str, str] = field(default_factory=dict)
-    zone_id: str = "z1"
+def draw(kind="polygon", shape_m=SQUARE, parameters=None, zone_id="z1") -> DrawnZone:
+    return DrawnZone(zone_id, kind, shape_m, parameters or {})
 
 
 def test_inside_a_polygon() -> None:
@@ -50,7 +43,7 @@ def test_every_parameter_of_every_attack_is_known() -> None:
 
 
 def test_a_polygon_becomes_a_plan() -> None:
-    drawn = Drawn(
+    drawn = draw(
         parameters={
             "gpsec.attack": "constant_bias",
             "gpsec.begin": "60",
@@ -71,7 +64,7 @@ def test_a_polygon_becomes_a_plan() -> None:
 
 
 def test_a_point_becomes_a_plan_with_defaults() -> None:
-    drawn = Drawn("point", POINT, {"gpsec.attack": "jamming", "gpsec.radius_m": "150"})
+    drawn = draw("point", POINT, {"gpsec.attack": "jamming", "gpsec.radius_m": "150"})
     [(config, zone)] = plans_from_zones([drawn], "town.add.xml")
     assert (config.begin_s, config.end_s, config.share) == (0.0, None, 1.0)
     assert zone.radius_m == 150.0
@@ -80,41 +73,50 @@ def test_a_point_becomes_a_plan_with_defaults() -> None:
 BOW_TIE = np.array([[0.0, 0.0], [10.0, 10.0], [10.0, 0.0], [0.0, 10.0]])
 BIAS = {"gpsec.attack": "constant_bias"}
 REFUSED = [
-    (Drawn(), "gpsec.attack: expected one of constant_bias, "),
-    (Drawn(parameters={"gpsec.attack": "driftt"}), "unknown attack 'driftt': did you mean 'drift'?"),
+    (draw(), "gpsec.attack: expected one of constant_bias, "),
+    (draw(parameters={"gpsec.attack": "driftt"}), "unknown attack 'driftt': did you mean 'drift'?"),
     (
-        Drawn(parameters=BIAS | {"gpsec.bias": "2"}),
+        draw(parameters=BIAS | {"gpsec.bias": "2"}),
         "unknown key 'gpsec.bias' for attack 'constant_bias': did you mean 'gpsec.bias_m'?",
     ),
-    (Drawn(parameters=BIAS | {"gpsec.beginn": "2"}), "did you mean 'gpsec.begin'?"),
-    (Drawn(parameters=BIAS | {"gpsec.rate_mps": "0.1"}), "unknown key 'gpsec.rate_mps' for attack 'constant_bias'"),
-    (Drawn(parameters=BIAS | {"gpsec.bias_m": "far"}), "gpsec.bias_m: expected a valid number"),
-    (Drawn(parameters=BIAS | {"gpsec.bias_m": "-1"}), "gpsec.bias_m: expected a number greater than 0, found '-1'"),
-    (Drawn(parameters=BIAS | {"gpsec.begin": "noon"}), "gpsec.begin: expected a number, found 'noon'"),
-    (Drawn(parameters=BIAS | {"gpsec.end": "nan"}), "gpsec.end: expected a number, found 'nan'"),
+    (draw(parameters=BIAS | {"gpsec.beginn": "2"}), "did you mean 'gpsec.begin'?"),
     (
-        Drawn(parameters=BIAS | {"gpsec.begin": "9", "gpsec.end": "8"}),
+        draw(parameters=BIAS | {"gpsec.rate_mps": "0.1"}),
+        "unknown key 'gpsec.rate_mps' for attack 'constant_bias'",
+    ),
+    (draw(parameters=BIAS | {"gpsec.bias_m": "far"}), "gpsec.bias_m: expected a valid number"),
+    (
+        draw(parameters=BIAS | {"gpsec.bias_m": "-1"}),
+        "gpsec.bias_m: expected a number greater than 0, found '-1'",
+    ),
+    (draw(parameters=BIAS | {"gpsec.begin": "noon"}), "gpsec.begin: expected a number, found 'noon'"),
+    (draw(parameters=BIAS | {"gpsec.end": "nan"}), "gpsec.end: expected a number, found 'nan'"),
+    (
+        draw(parameters=BIAS | {"gpsec.begin": "9", "gpsec.end": "8"}),
         "gpsec.end: expected later than gpsec.begin = 9, found 8",
     ),
-    (Drawn(parameters=BIAS | {"gpsec.end": "0"}), "gpsec.end: expected later than gpsec.begin = 0, found 0"),
-    (Drawn(parameters=BIAS | {"gpsec.share": "50"}), "gpsec.share: expected a number from 0 to 1, found 50"),
-    (Drawn(parameters=BIAS | {"gpsec.radius_m": "5"}), "gpsec.radius_m: expected none for a polygon"),
-    (Drawn("point", POINT, BIAS), "gpsec.radius_m: expected a number of metres for a point, found none"),
+    (draw(parameters=BIAS | {"gpsec.end": "0"}), "gpsec.end: expected later than gpsec.begin = 0, found 0"),
+    (draw(parameters=BIAS | {"gpsec.share": "50"}), "gpsec.share: expected a number from 0 to 1, found 50"),
+    (draw(parameters=BIAS | {"gpsec.radius_m": "5"}), "gpsec.radius_m: expected none for a polygon"),
+    (draw("point", POINT, BIAS), "gpsec.radius_m: expected a number of metres for a point, found none"),
     (
-        Drawn("point", POINT, BIAS | {"gpsec.radius_m": "0"}),
+        draw("point", POINT, BIAS | {"gpsec.radius_m": "0"}),
         "gpsec.radius_m: expected a number greater than 0, found 0",
     ),
-    (Drawn(shape_m=SQUARE[[0, 1, 0]], parameters=BIAS), "shape: expected a polygon of at least 3 corners, found 2"),
     (
-        Drawn(shape_m=BOW_TIE, parameters=BIAS),
+        draw(shape_m=SQUARE[[0, 1, 0]], parameters=BIAS),
+        "shape: expected a polygon of at least 3 corners, found 2",
+    ),
+    (
+        draw(shape_m=BOW_TIE, parameters=BIAS),
         "shape: expected a polygon that does not cross itself, found Self-intersection",
     ),
-    (Drawn(zone_id="none", parameters=BIAS), "name: 'none' is kept for vehicles without an attack"),
+    (draw(zone_id="none", parameters=BIAS), "name: 'none' is kept for vehicles without an attack"),
 ]
 
 
 @pytest.mark.parametrize(("drawn", "problem"), REFUSED, ids=[problem for _, problem in REFUSED])
-def test_a_bad_zone_is_refused_in_one_sentence(drawn: Drawn, problem: str) -> None:
+def test_a_bad_zone_is_refused_in_one_sentence(drawn: DrawnZone, problem: str) -> None:
     with pytest.raises(GpsecError) as caught:
         plans_from_zones([drawn], "town.add.xml")
     assert str(caught.value).startswith(f"town.add.xml: zone '{drawn.zone_id}': ")

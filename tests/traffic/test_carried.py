@@ -2,9 +2,10 @@ import libsumo
 import pytest
 
 from gpsec.core.errors import GpsecError
-from gpsec.traffic.carried import CarriedAttack, Spoofers, carried_attacks
+from gpsec.traffic.carried import Spoofers, carried_attacks
 from gpsec.traffic.options import resolve_options
 from gpsec.traffic.session import SumoSession
+from gpsec.types.attack_inputs import CarriedAttack
 
 from .helpers import CAR, ROUTE
 
@@ -34,7 +35,7 @@ def test_what_carries_an_attack_and_how(tmp_path):
     )
     (tmp_path / "a.rou.xml").write_text(f"<routes>{content}</routes>")
     found = carried_attacks([tmp_path / "a.rou.xml"])
-    assert [(one.element, one.plan, one.stated, one.transmits, one.vehicles) for one in found] == [
+    assert [(one.element, one.plan, one.states_plan, one.transmits, one.vehicles) for one in found] == [
         ("vType", "van", False, True, "van"),
         ("trip", "a.1", False, False, "a.1"),
         ("flow", "all", True, False, "east.*"),
