@@ -140,13 +140,13 @@ def test_set_reaches_into_lists_by_position_and_by_name(folder: Path) -> None:
     changes = ("plans.0.rate_mps=0.1", "plans.fast.share=0.25", "plans.2.attack=jamming", "defences.5.response=none")
     scenario = load(folder, toml, *changes)
     assert [(plan.name, plan.share) for plan in scenario.plans] == [("drift", 0.5), ("fast", 0.25), ("jamming", 0.5)]
-    assert [plan.parameters.get("rate_mps") for plan in scenario.plans] == [0.1, 0.4, None]
+    assert [getattr(plan.parameters, "rate_mps", None) for plan in scenario.plans] == [0.1, 0.4, None]
     assert scenario.defences[5].name == "lstm+none"
 
 
 def test_set_changes_a_default_plan(folder: Path) -> None:
     plans = {plan.name: plan for plan in load(folder, "", "plans.constant_bias.bias_m=3").plans}
-    assert plans["constant_bias"].parameters["bias_m"] == 3.0
+    assert plans["constant_bias"].parameters.bias_m == 3.0
     assert len(plans) == 8
 
 

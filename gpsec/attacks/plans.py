@@ -1,9 +1,19 @@
 """What a user says of an attack plan: who is attacked, when, and how."""
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Self
+from typing import Annotated, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, Strict, ValidationError, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    SerializeAsAny,
+    Strict,
+    ValidationError,
+    WithJsonSchema,
+    model_validator,
+)
 
 from gpsec.attacks.base import Attack
 from gpsec.attacks.registry import ATTACKS, build_attack, first_problem
@@ -26,6 +36,7 @@ def _window(value: object) -> tuple[float, float]:
     return float(numbers[0]), float(numbers[1])
 
 
+_TABLE = {"additionalProperties": True, "default": {}, "title": "Parameters", "type": "object"}
 Window = Annotated[tuple[float, float], BeforeValidator(_window)]
 Number = Annotated[float, Strict()]
 Text = Annotated[str, Strict()]
@@ -35,7 +46,8 @@ class PlanConfig(BaseModel):
     """One attack plan. In TOML the attack's own parameters stand beside these keys, or in a table `parameters`.
 
     A vehicle is attacked at most once under a plan. Who is attacked and when is drawn from the run's seed and
-    the vehicle alone: plans with equal settings attack the same vehicles in the same windows.
+    the vehicle alone: plans with equal settings attack the same vehicles in the same windows. Once it is read,
+    `parameters` is the attack itself.
 
     Attributes:
         attack: what is done (`gpsec list attacks`).
@@ -66,24 +78,26 @@ class PlanConfig(BaseModel):
     end_s: Annotated[Number, Field(ge=0.0, le=MAX_TIME_S)] | None = None
     start_after_s: Window = (0.0, 30.0)
     duration_s: Window = (10.0, 30.0)
-    parameters: dict[str, Any] = {}
+    parameters: Annotated[SerializeAsAny[Attack], WithJsonSchema(_TABLE)] = Field(default_factory=Attack)
 
     @model_validator(mode="before")
     @classmethod
     def _gather(cls, table: object) -> object:
-        """Move the attack's own keys into `parameters`, and check and complete them."""
+        """Make the attack of its own keys, and put it in their place."""
         if not isinstance(table, Mapping) or not isinstance(table.get("attack"), str):
             return table
         own = {key: value for key, value in table.items() if key in cls.model_fields}
         nested = own.get("parameters", {})
-        if not isinstance(nested, Mapping):
-            return table
         beside = {key: value for key, value in table.items() if key not in cls.model_fields}
+        if isinstance(nested, Attack) and nested.name == own["attack"] and not beside:
+            return {"name": nested.name, **own}
+        if not isinstance(nested, Mapping):
+            raise ValueError(f"parameters: expected a table, found {shown(repr(nested))}")
         twice = sorted(set(beside) & set(nested))
         if twice:
             raise ValueError(f"key '{shown(twice[0])}' stands in the plan and in its parameters")
         attack = _attack(own["attack"], {**nested, **beside})
-        return {"name": attack.name, **own, "parameters": attack.model_dump()}
+        return {"name": attack.name, **own, "parameters": attack}
 
     @model_validator(mode="after")
     def _agree(self) -> Self:
@@ -96,10 +110,6 @@ class PlanConfig(BaseModel):
             if self.zone is not None and getattr(self, key) != type(self).model_fields[key].default:
                 raise ValueError(f"{key}: expected none beside a zone, which says when an attack begins and ends")
         return self
-
-    def build_attack(self) -> Attack:
-        """Return the attack with its parameters."""
-        return ATTACKS[self.attack].model_validate(self.parameters)
 
 
 def _attack(name: str, parameters: Mapping[str, object]) -> Attack:

@@ -57,18 +57,21 @@ class Plan:
 
     Attributes:
         config: what the user said.
-        attack: the attack with its parameters.
         zone: where vehicles are attacked; None for a plan that draws a window for each.
     """
 
     config: PlanConfig
-    attack: Attack
     zone: Zone | None = None
 
     @property
     def name(self) -> str:
         """Name of the plan."""
         return self.config.name
+
+    @property
+    def attack(self) -> Attack:
+        """The attack with its parameters."""
+        return self.config.parameters
 
     def aims_at(self, vehicle_type: str, vehicle_id: str) -> bool:
         """Return whether the vehicle of that type, and that id in SUMO, may be attacked."""
@@ -188,11 +191,11 @@ def build_plans(
     for i, config in enumerate(configs):
         where = f"{config_file}: plans[{i}]"
         zone = None if config.zone is None else _find(config.zone, zones, where)
-        _add(plans, Plan(config, config.build_attack(), zone), where)
+        _add(plans, Plan(config, zone), where)
     for config, zone in drawn:
-        _add(plans, Plan(config, config.build_attack(), zone), f"{zone_file}: zone '{shown(zone.zone_id)}'")
+        _add(plans, Plan(config, zone), f"{zone_file}: zone '{shown(zone.zone_id)}'")
     for config, area, where in carried:
-        _add(plans, Plan(config, config.build_attack(), area), where)
+        _add(plans, Plan(config, area), where)
     return list(plans.values())
 
 

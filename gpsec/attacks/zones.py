@@ -120,7 +120,7 @@ def plan_from_text(
     table: dict[str, object] = {"attack": attack_name, "share": 1.0, **beside}
     table |= {PLAN_KEYS[key]: number(text, key, where) for key, text in plan.items()}
     _check_plan(table, where)
-    return plan_config({**table, "parameters": attack.model_dump()}, where)
+    return plan_config({**table, "parameters": attack}, where)
 
 
 def number(text: str, key: str, where: str) -> float:

@@ -14,7 +14,7 @@ from gpsec.core.kernels import are_compiled, kept, note_rehearsal, only_compile
 from gpsec.core.processes import SPAWN, ignore_interrupts, redirect_output, start
 from gpsec.core.progress import Progress, Report
 from gpsec.core.threads import cores
-from gpsec.scenario import Scenario
+from gpsec.scenario import ALLOW_CODE, Scenario
 
 # With more of them, the largest kernel takes as long as all others together.
 _MOST_PROCESSES = 4
@@ -49,8 +49,9 @@ def _compile(batched: Sequence[Scenario], folder: Path) -> None:
     """Rehearse in several processes, below the empty `folder`, and note what they compiled."""
     claims = folder / "claims"
     claims.mkdir()
+    told = [scenario.model_dump_json() for scenario in batched]
     processes = [
-        SPAWN.Process(target=_rehearse, args=(batched, folder / str(number), claims), daemon=True)
+        SPAWN.Process(target=_rehearse, args=(told, folder / str(number), claims), daemon=True)
         for number in range(min(cores(), _MOST_PROCESSES))
     ]
     try:
@@ -69,17 +70,18 @@ def _compile(batched: Sequence[Scenario], folder: Path) -> None:
         note_rehearsal(name for names in lists for name in names)
 
 
-def _rehearse(scenarios: Sequence[Scenario], folder: Path, claims: Path) -> None:
-    """Be one of the processes."""
+def _rehearse(told: Sequence[str], folder: Path, claims: Path) -> None:
+    """Be one of the processes; the scenarios are told as JSON."""
     folder.mkdir()
     redirect_output(folder / ".log")
     from gpsec.pipeline.rehearsal import rehearse
 
     only_compile(claims)
-    for scenario in scenarios:
-        tables = folder / scenario.name
-        tables.mkdir()
+    for text in told:
         try:
+            scenario = Scenario.model_validate_json(text, context={ALLOW_CODE: True})
+            tables = folder / scenario.name
+            tables.mkdir()
             rehearse(scenario, tables)
         except GpsecError:
             continue

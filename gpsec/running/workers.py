@@ -20,7 +20,7 @@ from gpsec.core.processes import SPAWN, end_with_parent, ended_early, ignore_int
 from gpsec.core.progress import DONE, FAILED, Progress, Report
 from gpsec.core.system import refusal
 from gpsec.running.warmup import compile_kernels
-from gpsec.scenario import Scenario
+from gpsec.scenario import ALLOW_CODE, Scenario
 from gpsec.types.constants import MANIFEST
 
 __all__ = ["Failure", "Outcome", "Progress", "run_scenarios"]
@@ -92,7 +92,7 @@ def run_scenarios(
                 try:
                     worker = _start(scenario, work, run or _pipeline)
                 except OSError as error:  # too many files or processes; what has finished stays
-                    outcome.failures.append(_failure(scenario, refusal(error, "its process cannot be started")))
+                    outcome.failures.append(_failure(scenario.name, refusal(error, "its process cannot be started")))
                     report(Progress(scenario.name, stage=FAILED))
                     continue
                 running[worker.connection] = worker
@@ -198,17 +198,18 @@ def _start(scenario: Scenario, work: Path, run: Run) -> _Worker:
     ours, theirs = context.Pipe(duplex=False)
     log = work / f".{scenario.name}.log"  # the dot keeps it apart from every scenario
     # Not a daemon: SUMO gets a process of its own below it, which ends when this one is gone.
-    process = context.Process(target=_work, args=(run, scenario, work / scenario.name, log, theirs), name=scenario.name)
+    arguments = (run, scenario.model_dump_json(), work / scenario.name, log, theirs)
+    process = context.Process(target=_work, args=arguments, name=scenario.name)
     start(process)
     theirs.close()
     return _Worker(scenario, process, ours, log)
 
 
-def _work(run: Run, scenario: Scenario, folder: Path, log: Path, connection: Connection) -> None:
-    """Be the process of one scenario."""
+def _work(run: Run, told: str, folder: Path, log: Path, connection: Connection) -> None:
+    """Be the process of one scenario, which is told as JSON; `folder` has its name."""
     end_with_parent()
 
-    def prepared(scenario: Scenario, folder: Path, tell: Report) -> None:
+    def prepared(tell: Report) -> None:
         redirect_output(log)
         scratch = folder.with_name(f".{folder.name}.tmp")
         for made in (folder, scratch):
@@ -217,43 +218,44 @@ def _work(run: Run, scenario: Scenario, folder: Path, log: Path, connection: Con
             made.mkdir()
         # What a killed process leaves behind goes away with the folder of the run.
         tempfile.tempdir = os.environ["TMPDIR"] = str(scratch)
-        run(scenario, folder, tell)
+        # The code that it names was allowed where it comes from; it runs once its output goes to the log.
+        run(Scenario.model_validate_json(told, context={ALLOW_CODE: True}), folder, tell)
 
     try:
-        send(connection, _result(prepared, scenario, folder, _Teller(connection)))
+        send(connection, _result(prepared, folder, _Teller(connection)))
     except PeerGoneError:
         sys.exit(1)  # the parent is gone
 
 
-def _result(run: Run, scenario: Scenario, folder: Path, tell: Report) -> object:
-    """Run the scenario; return what to tell the parent: True, a failure or an interrupt.
+def _result(run: Callable[[Report], None], folder: Path, tell: Report) -> object:
+    """Run the scenario that `folder` has the name of; return what to tell the parent: True, a failure or an interrupt.
 
     Raises:
         PeerGoneError: there is no parent any more.
     """
     try:
-        run(scenario, folder, tell)
+        run(tell)
     except GpsecError as error:
-        return _failure(scenario, error)
+        return _failure(folder.name, error)
     except KeyboardInterrupt as interrupt:
         return interrupt
     except PeerGoneError:
         raise
     except OSError as error:
         said = refusal(error, f"{error.filename or folder}: cannot be used")
-        return _failure(scenario, said) if isinstance(said, MachineError) else _fault(scenario, error)
+        return _failure(folder.name, said) if isinstance(said, MachineError) else _fault(folder.name, error)
     except Exception as error:
-        return _fault(scenario, error)
+        return _fault(folder.name, error)
     return True
 
 
-def _failure(scenario: Scenario, error: GpsecError) -> Failure:
-    return Failure(scenario.name, str(error), kind=type(error))
+def _failure(name: str, error: GpsecError) -> Failure:
+    return Failure(name, str(error), kind=type(error))
 
 
-def _fault(scenario: Scenario, error: Exception) -> Failure:
+def _fault(name: str, error: Exception) -> Failure:
     said = f"fault in gpsec ({type(error).__name__}: {error})"
-    return Failure(scenario.name, said, "".join(traceback.format_exception(error)), MachineError)
+    return Failure(name, said, "".join(traceback.format_exception(error)), MachineError)
 
 
 class _Teller:

@@ -26,7 +26,7 @@ def test_a_spoofer_reaches_as_far_as_was_published_and_spares_nobody() -> None:
     [(config, zone, where)] = plans_from_vehicles([carried()])
     assert (config.name, config.zone, config.share, config.vehicles) == ("van", "van", 1.0, ())
     assert (config.begin_s, config.end_s) == (0.0, None)
-    assert config.build_attack() == Drift()
+    assert config.parameters == Drift()
     assert zone is not None
     assert zone.moves
     assert (zone.zone_id, zone.hold_s) == ("van", 3.0)
@@ -38,7 +38,7 @@ def test_a_spoofer_that_says_everything() -> None:
     said = {"radius_m": "30", "hold_s": "0", "begin": "5", "end": "60", "share": "0.5", "direction_deg": "0"}
     [(config, zone, _)] = plans_from_vehicles([carried(**said, rate_mps="0.3", plan="two")])
     assert (config.name, config.begin_s, config.end_s, config.share) == ("two", 5.0, 60.0, 0.5)
-    assert config.build_attack() == Drift(rate_mps=0.3, direction_deg=0.0)
+    assert config.parameters == Drift(rate_mps=0.3, direction_deg=0.0)
     assert zone is not None
     assert (zone.radius_m, zone.hold_s) == (30.0, 0.0)
     position = np.array([[0.0, 0.0], [30.0, 0.0], [30.1, 0.0], [70.0, 0.0]])

@@ -65,4 +65,4 @@ def test_the_row_of_the_example_keeps_the_contract_and_the_plan_runs(tmp_path: P
     parts.use([f"{_example(tmp_path)}:Sway"])
     check_attack(ATTACKS["sway"], **ast.literal_eval(row[1]))
     [table] = tomllib.loads(block("toml"))["plans"]
-    assert PlanConfig.model_validate(table).build_attack().amplitude_m == 1.5
+    assert PlanConfig.model_validate(table).parameters.amplitude_m == 1.5

@@ -21,7 +21,7 @@ def test_parameters_stand_beside_the_plans_own_keys() -> None:
     config = from_toml('attack = "stealth"\nshare = 1\nduration_s = [5, 8.5]\ngamma_m = 0.5\nvehicle_types = ["van"]')
     assert (config.name, config.share, config.duration_s) == ("stealth", 1.0, (5.0, 8.5))
     assert config.vehicle_types == ("van",)
-    assert config.build_attack() == Stealth(gamma_m=0.5)
+    assert config.parameters == Stealth(gamma_m=0.5)
 
 
 def test_parameters_may_have_a_table_of_their_own() -> None:
@@ -34,8 +34,8 @@ def test_parameters_may_have_a_table_of_their_own() -> None:
 def test_every_attack_is_a_plan_by_its_name_alone(name: str) -> None:
     config = plan_config({"attack": name}, WHERE)
     assert config.name == name
-    assert config.build_attack() == ATTACKS[name]()
-    assert set(config.parameters) == set(ATTACKS[name].model_fields)
+    assert config.parameters == ATTACKS[name]()
+    assert set(config.model_dump()["parameters"]) == set(ATTACKS[name].model_fields)
 
 
 def test_a_plan_survives_json() -> None:
@@ -73,7 +73,7 @@ REFUSED = [
     ('attack = "drift"\nbegin_s = 60\nend_s = 60', "end_s: expected later than begin_s = 60, found 60"),
     ('attack = "drift"\nend_s = inf', "end_s: expected a finite number, found inf"),
     ('attack = "drift"\nzone = "a"\nduration_s = [1, 2]', "duration_s: expected none beside a zone"),
-    ('attack = "drift"\nparameters = 3', "parameters: expected a valid dictionary, found 3"),
+    ('attack = "drift"\nparameters = 3', "parameters: expected a table, found 3"),
     ('attack = "drift"\ncap_m = 1\nparameters = {cap_m = 1}', "key 'cap_m' stands in the plan and in its parameters"),
 ]
 

@@ -31,7 +31,7 @@ SECONDS = Clock(step_s=1.0)
 def make_plan(attack: str = "drift", zone: Zone | None = None, **settings: object) -> Plan:
     table = {"attack": attack, "share": 1.0, **settings} | ({"zone": zone.zone_id} if zone else {})
     config = plan_config(table, "test")
-    return Plan(config, config.build_attack(), zone)
+    return Plan(config, zone)
 
 
 def entered(plan: Plan, settled_step: int = 0, clock: Clock = SECONDS, type_ok: np.ndarray = ALL) -> Schedule:

@@ -58,7 +58,7 @@ def test_a_polygon_becomes_a_plan() -> None:
     [(config, zone)] = plans_from_zones([drawn], "town.add.xml")
     assert (config.name, config.zone, zone.zone_id) == ("z1", "z1", "z1")
     assert (config.begin_s, config.end_s, config.share) == (60.0, 300.0, 0.25)
-    assert config.build_attack() == ConstantBias(bias_m=2.5, side="as_given")
+    assert config.parameters == ConstantBias(bias_m=2.5, side="as_given")
     assert zone.radius_m is None
     assert zone.contains(np.array([[5.0, 5.0]]))[0]
 
