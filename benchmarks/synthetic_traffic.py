@@ -11,13 +11,13 @@ from time import perf_counter
 
 import numpy as np
 
+from gpsec.traffic.offline import OfflineTraffic
 from gpsec.traffic.options import SumoOptions, resolve_options
 from gpsec.traffic.recording import RecordedTraffic, Recording, record
 from gpsec.traffic.source import Departure, Equip, Frame
-from gpsec.traffic.standin import StandIn
 
 
-class Crowd(StandIn):
+class Crowd(OfflineTraffic):
     """A recording of N vehicles as traffic of any number; implements `gpsec.pipeline.run.Traffic`.
 
     Vehicles of the lowest rows are taken, as often as it needs to reach the number, under other ids: with other

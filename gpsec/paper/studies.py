@@ -84,6 +84,17 @@ def _plan(attack: str, name: str, **parameters: float) -> PlanTable:
 
 
 @dataclass(frozen=True)
+class _Settings:
+    """Settings of a run that are the same in most of them."""
+
+    rate: str = DEFAULT_RATE
+    matching: str = "tracked"
+    duration_s: float | None = None
+    equipped_share: float = 1.0
+    log_steps: bool = False
+
+
+@dataclass(frozen=True)
 class Studies:
     """Makes the scenarios.
 
@@ -145,7 +156,13 @@ class Studies:
         plans = _pinned_plans(pinned, profile)
         return [
             self._make(
-                f"nearest-{profile}-{seed}", SET_UPS[profile], profile, seed, plans, _watched(), matching="nearest"
+                f"nearest-{profile}-{seed}",
+                SET_UPS[profile],
+                profile,
+                seed,
+                plans,
+                _watched(),
+                _Settings(matching="nearest"),
             )
             for seed in self.seeds[:2]
         ]
@@ -155,7 +172,15 @@ class Studies:
         plans = [*_pinned_plans(pinned, profile), stealth(SLOW_DELTA, SLOW_STEALTH)]
         label = rate.replace("/", "-per-")
         return [
-            self._make(f"rate-{label}-{profile}-{seed}", SET_UPS[profile], profile, seed, plans, _watched(), rate=rate)
+            self._make(
+                f"rate-{label}-{profile}-{seed}",
+                SET_UPS[profile],
+                profile,
+                seed,
+                plans,
+                _watched(),
+                _Settings(rate=rate),
+            )
             for seed in self.seeds[:2]
         ]
 
@@ -170,9 +195,8 @@ class Studies:
             SEEDS[0],
             plans,
             _watched(),
-            matching=matching,
             # There are so many vehicles that a part of the time does.
-            duration_s=240.0 if network in CROWDED else None,
+            _Settings(matching=matching, duration_s=240.0 if network in CROWDED else None),
         )
 
     def curves(self, profile: str, pinned: Pinned) -> Scenario:
@@ -192,7 +216,7 @@ class Studies:
         """Return a run for each profile in which errors are compared with what the filters say of them."""
         networks = SET_UPS | {"consumer": "slow_curve"}
         return [
-            self._make(f"benign-{profile}", network, profile, SEEDS[0], [], [NONE], duration_s=240.0)
+            self._make(f"benign-{profile}", network, profile, SEEDS[0], [], [NONE], _Settings(duration_s=240.0))
             for profile, network in networks.items()
         ]
 
@@ -205,9 +229,7 @@ class Studies:
             SEEDS[0],
             _pinned_plans(pinned, profile),
             [NONE, *[("lstm", name) for name in _isolating()]],
-            duration_s=120.0,
-            equipped_share=0.1,
-            log_steps=True,
+            _Settings(duration_s=120.0, equipped_share=0.1, log_steps=True),
         )
 
     def places(self, pinned: Pinned) -> Scenario:
@@ -219,9 +241,7 @@ class Studies:
             SEEDS[0],
             _pinned_plans(pinned, "carla"),
             [NONE, PAPER],
-            duration_s=150.0,
-            equipped_share=0.25,
-            log_steps=True,
+            _Settings(duration_s=150.0, equipped_share=0.25, log_steps=True),
         )
 
     def _make(
@@ -232,12 +252,7 @@ class Studies:
         seed: int,
         plans: Sequence[PlanTable],
         defences: Sequence[tuple[str, str]],
-        *,
-        rate: str = DEFAULT_RATE,
-        matching: str = "tracked",
-        duration_s: float | None = None,
-        equipped_share: float = 1.0,
-        log_steps: bool = False,
+        settings: _Settings = _Settings(),
     ) -> Scenario:
         base = load_scenario(self.folder / network)
         return Scenario.model_validate(
@@ -245,10 +260,14 @@ class Studies:
                 "name": name,
                 "sumocfg": str(base.sumocfg),
                 "seed": seed,
-                "duration_s": 100.0 if self.quick else duration_s,
-                "log_steps": log_steps,
-                "fleet": {"profile": profile, "matching": matching, "equipped_share": equipped_share},
-                "detection": {"detectors": detectors(), "false_alarm_rate": rate},
+                "duration_s": 100.0 if self.quick else settings.duration_s,
+                "log_steps": settings.log_steps,
+                "fleet": {
+                    "profile": profile,
+                    "matching": settings.matching,
+                    "equipped_share": settings.equipped_share,
+                },
+                "detection": {"detectors": detectors(), "false_alarm_rate": settings.rate},
                 "defences": [{"detector": detector, "response": response} for detector, response in defences],
                 "plans": plans,
                 # Intervals are made of pooled events, not by the runs.

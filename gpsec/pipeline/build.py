@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from gpsec.attacks.carried import plans_from_vehicles
 from gpsec.attacks.schedule import Plan, build_plans
+from gpsec.attacks.vehicle_plans import plans_from_vehicles
 from gpsec.attacks.zones import plans_from_zones, zone_keys
 from gpsec.detection.models import build_detectors, load, thresholds_for
 from gpsec.detection.pairing import Sampling
@@ -28,8 +28,8 @@ from gpsec.scenario.traffic import sumo_options
 from gpsec.sensors.profiles import SensorProfile, residual_sigma_m
 from gpsec.sensors.registry import PROFILES
 from gpsec.sensors.sense import Sensors
-from gpsec.traffic.carried import carried_attacks
 from gpsec.traffic.options import SumoOptions
+from gpsec.traffic.vehicle_attacks import carried_attacks
 from gpsec.traffic.vehicletypes import check_type_names, named_sensors
 from gpsec.traffic.zones import ZoneSource
 

@@ -17,7 +17,7 @@ from gpsec.core.threads import Threads
 from gpsec.localization.consistency import Consistency, along_and_across, consistency, nees, nis
 from gpsec.pipeline.batched import BatchedMethod
 from gpsec.pipeline.build import lay_ground, make_localization, make_plans, make_watchers
-from gpsec.pipeline.convoy import Convoy
+from gpsec.pipeline.loop import Loop, LoopSettings
 from gpsec.scenario import Scenario, load_scenario
 from gpsec.scenario.sections import Defence
 from gpsec.sensors.registry import PROFILES
@@ -122,27 +122,20 @@ def measure_consistency(scenario: Scenario, profile: str, duration_s: float) -> 
     watchers = make_watchers(honest, ground)
     method = _Watching(ground.world, watchers, make_localization(honest, ground.world, watchers.names))
     method.ledger, method.names = Ledger(), {name: d for d, name in enumerate([*TRUSTING, *ISOLATED])}
-    threads = Threads(1)
     with RemoteSession(ground.options, ground.hd_map.lane_index, ground.choice.equipped) as session:
-        convoy = Convoy(
+        settings = LoopSettings(
             seed=honest.seed,
             step_s=session.step_s,
-            settle_s=honest.fleet.settle_s,
             origin_s=ground.options.begin_s + session.step_s,
+            settle_s=honest.fleet.settle_s,
             hd_map=ground.hd_map,
             sensors=ground.sensors,
             profile_of=ground.choice.profile,
-            plans=make_plans(honest, session)[:1],
-            method=method,
-            outcome_tables=[],
-            close=lambda rows, ended_s: None,
-            threads=threads,
-            watch=Stopwatch(),
         )
+        loop = Loop(settings, make_plans(honest, session)[:1], method)
         for frame in session.frames(duration_s):
-            convoy.step(frame)
+            loop.step(frame)
         session.close()
-    threads.close()
     return method.ledger.sums()
 
 

@@ -17,7 +17,7 @@ from gpsec.scenario import Scenario
 from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.remote import RemoteSession
 from gpsec.traffic.source import Equip
-from gpsec.traffic.window import Colour, Look, Outline
+from gpsec.traffic.sumo_gui import Colour, Look, Outline
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Identity, Vehicles
 

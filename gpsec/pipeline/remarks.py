@@ -11,7 +11,7 @@ from gpsec.outcomes.events import ClosedTracks
 from gpsec.outcomes.recorder import Outcomes
 from gpsec.outcomes.state import OUT_OF_LANE
 from gpsec.outcomes.study import Study
-from gpsec.pipeline.convoy import Convoy
+from gpsec.pipeline.loop import Loop
 from gpsec.pipeline.manifest import Counts
 from gpsec.traffic.source import Frame
 from gpsec.types.vehicles import Vehicles
@@ -32,12 +32,12 @@ class Remarks:
         self._owner: dict[str, str] = {}  # name of a further row -> the vehicle
         self._why: Counter[int] = Counter()
 
-    def before(self, frame: Frame, convoy: Convoy) -> None:
-        """Look at who goes on as a new vehicle in a step that the convoy has not taken yet."""
+    def before(self, frame: Frame, loop: Loop) -> None:
+        """Look at who goes on as a new vehicle in a step that the loop has not taken yet."""
         again = [departure for departure in frame.departures if departure.first_id != departure.vehicle_id]
         if not again:
             return
-        last = {convoy.fleet[row].sumo_id: int(convoy.vehicles.lane[row]) for row in frame.left}
+        last = {loop.fleet[row].sumo_id: int(loop.vehicles.lane[row]) for row in frame.left}
         for departure in again:
             self._owner[departure.vehicle_id] = departure.first_id
             lane = int(frame.lane[np.searchsorted(frame.rows, departure.row)])
@@ -52,9 +52,9 @@ class Remarks:
         edges = {self._map.lane_ids[index].rpartition("_")[0] for index in (before, lane)}
         return _LANE if len(edges) == 1 else _JUNCTION
 
-    def after(self, frame: Frame, convoy: Convoy) -> None:
-        """Look at the vehicles of a step that the convoy has taken."""
-        vehicles: Vehicles = convoy.vehicles
+    def after(self, frame: Frame, loop: Loop) -> None:
+        """Look at the vehicles of a step that the loop has taken."""
+        vehicles: Vehicles = loop.vehicles
         wide = frame.rows[vehicles.width_m[frame.rows] >= self._narrowest_m]
         if not len(wide):
             return
@@ -62,7 +62,7 @@ class Remarks:
         touching = (vehicles.width_m[wide] >= sides.width_m[lane]) & ~sides.internal[lane]
         for row in wide[touching].tolist():
             lane_m, on = sides.width_m[vehicles.lane[row]], shown(self._map.lane_ids[vehicles.lane[row]])
-            name = convoy.fleet[row].sumo_id
+            name = loop.fleet[row].sumo_id
             self._wide.setdefault(name, f"'{shown(name)}' of {vehicles.width_m[row]:.2f} m on '{on}' of {lane_m:.2f} m")
 
     def sentences(self, counts: Counts, outcomes: Outcomes) -> Iterator[str]:

@@ -10,7 +10,6 @@ from typing import Protocol
 from threadpoolctl import threadpool_limits
 
 from gpsec.attacks.plans import NO_ATTACK
-from gpsec.core.arrays import Ints
 from gpsec.core.errors import GpsecError, shown
 from gpsec.core.kernels import load
 from gpsec.core.progress import Progress, Report
@@ -24,8 +23,8 @@ from gpsec.outcomes.study import Study
 from gpsec.outcomes.view import StepView
 from gpsec.pipeline.batched import BatchedMethod
 from gpsec.pipeline.build import Ground, lay_ground, make_localization, make_plans, make_watchers
-from gpsec.pipeline.convoy import Convoy
 from gpsec.pipeline.fleet_choice import Few
+from gpsec.pipeline.loop import Loop, LoopSettings
 from gpsec.pipeline.manifest import Counts, write_manifest
 from gpsec.pipeline.mapfile import write_map
 from gpsec.pipeline.remarks import Remarks
@@ -97,13 +96,11 @@ def run_scenario(
     watchers = make_watchers(scenario, ground)
     with ExitStack() as stack:
         stack.enter_context(threadpool_limits(1))
-        threads = Threads(scenario.threads)
-        stack.callback(threads.close)
         choice = ground.choice if only is None else Few.named(ground.choice, only)
         traffic = (start or RemoteSession)(ground.options, ground.hd_map.lane_index, choice.equipped)
         session = stack.enter_context(traffic)
         load()  # while SUMO loads its net
-        _Run(scenario, folder, report, ground, watchers, session, threads, stack, onlooker).go(began)
+        _Run(scenario, folder, report, ground, watchers, session, stack, onlooker).go(began)
 
 
 class _Run:
@@ -117,7 +114,6 @@ class _Run:
         ground: Ground,
         watchers: Watchers,
         session: Traffic,
-        threads: Threads,
         stack: ExitStack,
         onlooker: Onlooker | None,
     ) -> None:
@@ -126,7 +122,8 @@ class _Run:
         self.report = report
         self.ground = ground
         self.session = session
-        self.threads = threads
+        self.threads = Threads(scenario.threads)
+        stack.callback(self.threads.close)
         self.watch = Stopwatch()
         self.counts = Counts()
         self.remarks = Remarks(ground.hd_map)
@@ -158,34 +155,29 @@ class _Run:
             log = StepLog(path, names, watchers.names, defences, hd_map.lane_ids, hd_map.projector)
             self.log = stack.enter_context(log)
         self.method = method
-        self.convoy = Convoy(
+        settings = LoopSettings(
             seed=scenario.seed,
             step_s=session.step_s,
-            settle_s=scenario.fleet.settle_s,
             origin_s=ground.options.begin_s + session.step_s,
+            settle_s=scenario.fleet.settle_s,
             hd_map=ground.hd_map,
             sensors=ground.sensors,
             profile_of=ground.choice.profile,
-            plans=plans,
-            method=method,
-            outcome_tables=[self.outcomes.table],
-            close=self._close,
-            threads=threads,
-            watch=self.watch,
         )
+        self.loop = Loop(settings, plans, method, self.outcomes, self.threads, self.watch)
 
     def go(self, began: float) -> None:
         """Run to the end and write the files."""
-        scenario, session, convoy = self.scenario, self.session, self.convoy
+        scenario, session, loop = self.scenario, self.session, self.loop
         duration_s = scenario.duration_s or self._configured_duration()
         loop_began = perf_counter()
         for frame in session.frames(scenario.duration_s):
             self.watch.start()
-            self.remarks.before(frame, convoy)
-            convoy.step(frame)
-            self.remarks.after(frame, convoy)
+            self.remarks.before(frame, loop)
+            loop.step(frame)
+            self.remarks.after(frame, loop)
             self._observe(frame.step, frame.time_s)
-            self.counts.add(frame, len(convoy.track_rows), int(convoy.vehicles.against[frame.rows].sum()))
+            self.counts.add(frame, len(loop.track_rows), int(loop.vehicles.against[frame.rows].sum()))
             if self.first_s is None and frame.on_road:
                 self.first_s = frame.time_s
             if frame.step % 10 == 0:
@@ -196,13 +188,13 @@ class _Run:
                         elapsed_s,
                         duration_s,
                         len(frame.rows),
-                        len(convoy.track_rows),
+                        len(loop.track_rows),
                         elapsed_s / max(perf_counter() - loop_began, 1e-9),
                     )
                 )
         self.counts.loop_s = perf_counter() - loop_began
         self._check_not_empty()
-        convoy.finish()
+        loop.finish()
         self.report(Progress(scenario.name, stage="writing tables"))
         self._say_what_did_not_happen()
         self.watch.start()
@@ -251,7 +243,7 @@ class _Run:
         if others := self.session.traffic_only:
             said = ", ".join(f"{count} of class {name}" for name, count in sorted(others.items()))
             self._say(f"traffic only, never equipped: {said}", "writing tables")
-        idle = [plan.name for plan, begun in zip(self.plans, self.convoy.attacks, strict=True) if begun == 0]
+        idle = [plan.name for plan, begun in zip(self.plans, self.loop.attacks, strict=True) if begun == 0]
         if idle:
             self._say(
                 f"no vehicle was attacked under {', '.join(idle)}: an attack begins when a vehicle has settled"
@@ -264,34 +256,30 @@ class _Run:
             self._say(sentence, "writing tables")
 
     def _observe(self, step: int, time_s: float) -> None:
-        convoy, answers = self.convoy, self.method.answers
+        loop, answers = self.loop, self.method.answers
         view = StepView(
             step=step,
             step_s=self.session.step_s,
             time_s=time_s,
-            rows=convoy.track_rows,
-            tracks=convoy.tracks,
-            vehicles=convoy.vehicles,
+            rows=loop.track_rows,
+            tracks=loop.tracks,
+            vehicles=loop.vehicles,
             answers=answers,
         )
         self.outcomes.observe(view, self.threads)
         self.watch.lap("outcomes")
         if self.onlooker is not None:
-            self.onlooker.see(view, self.outcomes.state, convoy.fleet)
+            self.onlooker.see(view, self.outcomes.state, loop.fleet)
             self.watch.lap("window")
         if self.log is not None:
-            people = [convoy.fleet[row] for row in convoy.tracks.vehicle[convoy.track_rows].tolist()]
+            people = [loop.fleet[row] for row in loop.tracks.vehicle[loop.track_rows].tolist()]
             chosen = self.scenario.log_vehicles
             if chosen:
                 kept = [place for place, who in enumerate(people) if {who.vehicle_id, who.sumo_id} & set(chosen)]
                 self.logged.update(name for place in kept for name in (people[place].vehicle_id, people[place].sumo_id))
                 view, people = replace(view, rows=view.rows[kept]), [people[place] for place in kept]
-            self.log.observe(view, [who.vehicle_id for who in people], convoy.seen)
+            self.log.observe(view, [who.vehicle_id for who in people], loop.seen)
             self.watch.lap("step log")
-
-    def _close(self, rows: Ints, ended_s: float | None) -> None:
-        tracks, fleet = self.convoy.tracks, self.convoy.fleet
-        self.outcomes.close(rows, tracks, [fleet[row] for row in tracks.vehicle[rows].tolist()], ended_s)
 
     def _configured_duration(self) -> float | None:
         end_s = self.ground.options.end_s

@@ -74,7 +74,7 @@ def _rehearse(told: Sequence[str], folder: Path, claims: Path) -> None:
     """Be one of the processes; the scenarios are told as JSON."""
     folder.mkdir()
     redirect_output(folder / ".log")
-    from gpsec.pipeline.rehearsal import rehearse
+    from gpsec.pipeline.warmup_run import warm_up
 
     only_compile(claims)
     for text in told:
@@ -82,7 +82,7 @@ def _rehearse(told: Sequence[str], folder: Path, claims: Path) -> None:
             scenario = Scenario.model_validate_json(text, context={ALLOW_CODE: True})
             tables = folder / scenario.name
             tables.mkdir()
-            rehearse(scenario, tables)
+            warm_up(scenario, tables)
         except GpsecError:
             continue
         (folder / _KEPT).write_text("\n".join(kept()), "utf-8")

@@ -23,7 +23,7 @@ from gpsec.traffic.source import Equip, Frame
 from gpsec.types.attack_inputs import DrawnZone
 
 if TYPE_CHECKING:
-    from gpsec.traffic.window import Look
+    from gpsec.traffic.sumo_gui import Look
 
 
 class RemoteSession:

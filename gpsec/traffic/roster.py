@@ -11,9 +11,9 @@ import numpy as np
 from gpsec.core.arrays import Flags, Floats, Ints, Longs
 from gpsec.core.geo import yaw_from_sumo_angle
 from gpsec.core.tables import Slots
-from gpsec.traffic.carried import NOWHERE_M, Spoofers
 from gpsec.traffic.names import VehicleNames
 from gpsec.traffic.source import Departure, Equip
+from gpsec.traffic.vehicle_attacks import NOWHERE_M, Spoofers
 from gpsec.traffic.vehicletypes import VehicleType, read_type
 
 # A move may be this much longer than the speed allows before it counts as a jump.

@@ -69,7 +69,7 @@ def _last_word(
         PeerGoneError: nobody is there to hear it.
     """
     from gpsec.traffic.session import SumoSession  # late: libsumo is for this process alone
-    from gpsec.traffic.window import WindowClosedError
+    from gpsec.traffic.sumo_gui import WindowClosedError
 
     try:
         with SumoSession(options, lanes, equip, delay_ms) as session:

@@ -13,7 +13,6 @@ import libsumo
 
 from gpsec.core.errors import GpsecError, retold
 from gpsec.sumo.home import sumo_home
-from gpsec.traffic.carried import Spoofers, carried_attacks, check_departing
 from gpsec.traffic.clock import step_count
 from gpsec.traffic.names import VehicleNames, numbered_ids
 from gpsec.traffic.options import SumoOptions
@@ -21,8 +20,9 @@ from gpsec.traffic.outputs import without_lost_outputs
 from gpsec.traffic.roster import Roster
 from gpsec.traffic.source import Equip, Frame
 from gpsec.traffic.stderr import CaughtStderr, sumo_words
+from gpsec.traffic.sumo_gui import GuiWindow, Look, WindowClosedError, window_arguments
+from gpsec.traffic.vehicle_attacks import Spoofers, carried_attacks, check_departing
 from gpsec.traffic.vehicletypes import check_type_keys
-from gpsec.traffic.window import GuiWindow, Look, WindowClosedError, window_arguments
 from gpsec.traffic.zones import read_zones
 from gpsec.types.attack_inputs import DrawnZone
 

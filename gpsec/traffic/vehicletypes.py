@@ -6,9 +6,9 @@ from math import inf
 from pathlib import Path
 
 from gpsec.core.errors import GpsecError, nearest, shown
-from gpsec.traffic.carried import carried_attacks
 from gpsec.traffic.input_files import input_files
 from gpsec.traffic.inputs import all_matches, own_parameters
+from gpsec.traffic.vehicle_attacks import carried_attacks
 from gpsec.types.attack_inputs import ATTACK_KEY
 from gpsec.types.constants import PREFIX
 

@@ -8,10 +8,10 @@ from xml.etree import ElementTree
 import numpy as np
 
 from gpsec.core.errors import GpsecError, nearest, shown
-from gpsec.traffic.carried import DEPARTING
 from gpsec.traffic.input_files import input_files
 from gpsec.traffic.inputs import UNREADABLE, first_match, is_plain, open_input, own_parameters
 from gpsec.traffic.options import SumoOptions
+from gpsec.traffic.vehicle_attacks import DEPARTING
 from gpsec.types.attack_inputs import ATTACK_KEY, DrawnZone
 
 ZONE_TYPE = "gpsec.attack"

@@ -15,7 +15,7 @@ from gpsec.hdmap.arrays import MapView
 from gpsec.hdmap.map import HDMap, load_map
 from gpsec.hdmap.search import MODES
 from gpsec.pipeline.build import sampling_of
-from gpsec.pipeline.convoy import Convoy
+from gpsec.pipeline.loop import Loop, LoopSettings
 from gpsec.sensors.profiles import SensorProfile, residual_sigma_m
 from gpsec.sensors.sense import Sensors
 from gpsec.traffic.options import resolve_options
@@ -111,23 +111,18 @@ def residual_log(
     source = RecordedTraffic(recording)
     hd_map = load_map(net_file, (profile.map_spacing_m,))
     method = _ResidualOnly(hd_map, profile, matching, source.step_s)
-    convoy = Convoy(
+    settings = LoopSettings(
         seed=seed,
         step_s=source.step_s,
-        settle_s=0.0,
         origin_s=float(recording.time_s[0]) if len(recording) else 0.0,
+        settle_s=0.0,
         hd_map=hd_map,
         sensors=Sensors((profile,), source.step_s),
         profile_of=lambda departure: 0,
-        plans=(),
-        method=method,
-        outcome_tables=(),
-        close=lambda rows, ended_s: None,
-        threads=Threads(1),
-        watch=Stopwatch(),
     )
+    loop = Loop(settings, (), method)
     for frame in source.frames(None):
-        convoy.step(frame)
+        loop.step(frame)
     columns = [np.concatenate(column) for column in zip(*method.parts, strict=True)]
     order = np.lexsort((columns[1], columns[0]))
     vehicle, step, residual, valid, speed, curvature, sigma = (column[order] for column in columns)

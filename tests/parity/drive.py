@@ -9,8 +9,6 @@ from sklearn.ensemble import IsolationForest as SklearnForest
 
 from gpsec.attacks.plans import plan_config
 from gpsec.attacks.schedule import build_plans
-from gpsec.core.stopwatch import Stopwatch
-from gpsec.core.threads import Threads
 from gpsec.detection.bounds import Never, Oracle
 from gpsec.detection.chi_square import ChiSquare
 from gpsec.detection.cusum import Cusum
@@ -29,7 +27,7 @@ from gpsec.localization.switch import Localization, SwitchSettings
 from gpsec.localization.ukf5 import Ukf5
 from gpsec.localization.ukf5_rollback import Ukf5Rollback
 from gpsec.pipeline.build import Ground, lay_ground, sampling_of
-from gpsec.pipeline.convoy import Convoy
+from gpsec.pipeline.loop import Loop, LoopSettings
 from gpsec.scenario import load_scenario
 from gpsec.sensors.profiles import residual_sigma_m
 from gpsec.sensors.registry import PROFILES
@@ -164,21 +162,15 @@ def drive_through(drive: Drive, vehicles: int, method: Method) -> None:
     """Run the first vehicles of the recorded traffic through `method`, each under every attack."""
     ground = drive.ground
     plans = build_plans([plan_config(table | WINDOW_S, "parity") for table in ATTACKS])
-    threads, watch = Threads(1), Stopwatch()
-    convoy = Convoy(
+    settings = LoopSettings(
         seed=11,
         step_s=ground.options.step_s,
-        settle_s=1.0,
         origin_s=ground.options.begin_s + ground.options.step_s,
+        settle_s=1.0,
         hd_map=ground.hd_map,
         sensors=ground.sensors,
         profile_of=lambda departure: departure.row % len(ground.choice.profiles),
-        plans=plans,
-        method=method,
-        outcome_tables=[],
-        close=lambda rows, ended_s: None,
-        threads=threads,
-        watch=watch,
     )
+    loop = Loop(settings, plans, method)
     for frame in drive.few(vehicles):
-        convoy.step(frame)
+        loop.step(frame)

@@ -11,9 +11,9 @@ from gpsec.attacks.plans import plan_config
 from gpsec.pipeline.run import run_scenario
 from gpsec.scenario import Scenario, load_scenario
 from gpsec.scenario.sections import Defence
+from gpsec.traffic.offline import OfflineTraffic
 from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.source import Departure, Equip, Frame
-from gpsec.traffic.standin import StandIn
 
 DURATION_S = 15.0
 SPEED_MPS = 12.0
@@ -29,7 +29,7 @@ PLAN = {
 }
 
 
-class Column(StandIn):
+class Column(OfflineTraffic):
     """Vehicles one behind the other in the middle of a long lane; implements `gpsec.pipeline.run.Traffic`."""
 
     def __init__(self, options: SumoOptions, lane_index: Mapping[str, int], equip: Equip) -> None:

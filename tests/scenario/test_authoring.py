@@ -6,9 +6,9 @@ from xml.etree import ElementTree
 
 import pytest
 
-from gpsec.attacks.carried import HOLD_S, REACH_M, plans_from_vehicles
+from gpsec.attacks.vehicle_plans import HOLD_S, REACH_M, plans_from_vehicles
 from gpsec.attacks.zones import zone_keys
-from gpsec.traffic.carried import carried_attacks
+from gpsec.traffic.vehicle_attacks import carried_attacks
 from gpsec.traffic.vehicletypes import ROAD_CLASSES, TYPE_KEYS
 
 DOCS = Path(__file__).parents[2] / "docs"

@@ -1,6 +1,7 @@
 """The fleet in motion: vehicles come and go, are sensed and spoofed; each vehicle × plan is a track."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from gpsec.core.tables import Slots, Table
 from gpsec.core.threads import Threads
 from gpsec.hdmap.map import HDMap
 from gpsec.hdmap.matching import locate
+from gpsec.outcomes.recorder import Outcomes
 from gpsec.sensors.sense import Sensors
 from gpsec.traffic.body import advance, axle_distance
 from gpsec.traffic.source import Departure, Frame
@@ -23,11 +25,32 @@ from gpsec.types.method import Method
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Identity, Measurements, Vehicles
 
-# Called with track rows that are over, before they are used again, and with the time at which they ended.
-Closing = Callable[[Ints, float | None], None]
+
+@dataclass(frozen=True)
+class LoopSettings:
+    """What vehicles drive on, what they carry, and since when.
+
+    Attributes:
+        seed: of all noise.
+        step_s: length of a step; step k ends at origin_s + k·step_s of simulated time.
+        origin_s: see there.
+        settle_s: time from departure until a vehicle is scored and may be attacked.
+        hd_map: the roads, with a layer for the map spacing of each profile.
+        sensors: of the profiles of the run.
+        profile_of: gives the index of the sensor profile of a vehicle that departs.
+
+    """
+
+    seed: int
+    step_s: float
+    origin_s: float
+    settle_s: float
+    hd_map: HDMap
+    sensors: Sensors
+    profile_of: Callable[[Departure], int]
 
 
-class Convoy:
+class Loop:
     """Truth, sensors and spoofed fixes of all vehicles, step by step.
 
     Attributes:
@@ -39,43 +62,35 @@ class Convoy:
 
     def __init__(
         self,
-        *,
-        seed: int,
-        step_s: float,
-        settle_s: float,
-        origin_s: float,
-        hd_map: HDMap,
-        sensors: Sensors,
-        profile_of: Callable[[Departure], int],
+        settings: LoopSettings,
         plans: Sequence[Plan],
         method: Method,
-        outcome_tables: Sequence[Table[Any]],
-        close: Closing,
-        threads: Threads,
-        watch: Stopwatch,
+        outcomes: Outcomes | None = None,
+        threads: Threads | None = None,
+        watch: Stopwatch | None = None,
     ) -> None:
+        """Begin with empty roads; tracks that are over are handed to `outcomes`, whose rows go along with theirs."""
         self._vehicles = Table(Vehicles)
         self._seen = Table(Measurements)
         self._tracks = Table(Tracks)
         self.fleet: dict[int, Identity] = {}
         self.track_rows: Ints = np.zeros(0, np.int32)
         self.attacks = [0] * len(plans)
-        self._seed = seed
-        self._clock = Clock(step_s, origin_s)
-        self._settle_steps = int(np.ceil(settle_s / step_s - 1e-6))
-        self._map = hd_map
-        self._sensors = sensors
-        self._sensor_state = sensors.new_state(1)
-        self._profile_of = profile_of
+        self._seed = settings.seed
+        self._clock = Clock(settings.step_s, settings.origin_s)
+        self._settle_steps = int(np.ceil(settings.settle_s / settings.step_s - 1e-6))
+        self._map = settings.hd_map
+        self._sensors = settings.sensors
+        self._sensor_state = settings.sensors.new_state(1)
+        self._profile_of = settings.profile_of
         self._plans = list(plans)
         self._schedules = [Table(Schedule) for _ in plans]
         self._attack_states = [plan.attack.new_state(1) for plan in plans]
-        self._history = new_history(1, needed_memory_s(plans), step_s)
+        self._history = new_history(1, needed_memory_s(plans), settings.step_s)
         self._method = method
-        self._outcome_tables = list(outcome_tables)
-        self._close = close
-        self._threads = threads
-        self._watch = watch
+        self._outcomes = outcomes
+        self._threads = threads or Threads(1)
+        self._watch = watch or Stopwatch()
         self._slots = Slots()
         self._tracks_of: dict[int, list[int]] = {}
         self._used = np.zeros(1, np.bool_)
@@ -118,6 +133,12 @@ class Convoy:
     def finish(self) -> None:
         """Close the tracks of all vehicles that are still on the road."""
         self._close(self.track_rows, None)
+
+    def _close(self, rows: Ints, ended_s: float | None) -> None:
+        """Hand over track rows that are over, before they are used again."""
+        if self._outcomes is not None:
+            people = [self.fleet[row] for row in self.tracks.vehicle[rows].tolist()]
+            self._outcomes.close(rows, self.tracks, people, ended_s)
 
     def _leave(self, frame: Frame) -> None:
         over = [track for row in frame.left for track in self._tracks_of.pop(row)]
@@ -264,4 +285,4 @@ class Convoy:
         return [self._vehicles, self._seen, self._sensor_state, self._history, *self._schedules]
 
     def _track_states(self) -> list[Table[Any]]:
-        return [self._tracks, *self._outcome_tables]
+        return [self._tracks] if self._outcomes is None else [self._tracks, self._outcomes.table]

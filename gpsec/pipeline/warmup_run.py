@@ -11,9 +11,9 @@ from gpsec.localization.responses import Cells
 from gpsec.pipeline.build import lay_ground, make_localization, make_watchers
 from gpsec.pipeline.run import run_scenario
 from gpsec.scenario import Scenario
+from gpsec.traffic.offline import OfflineTraffic
 from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.source import Departure, Equip, Frame
-from gpsec.traffic.standin import StandIn
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Measurements, Vehicles
 
@@ -22,7 +22,7 @@ STEPS = 4
 VEHICLES = 20
 
 
-class Extras(StandIn):
+class Extras(OfflineTraffic):
     """Vehicles that stand about; implements `gpsec.pipeline.run.Traffic`.
 
     Attributes:
@@ -68,7 +68,7 @@ def _extra(row: int) -> Departure:
     )
 
 
-def rehearse(scenario: Scenario, folder: Path) -> None:
+def warm_up(scenario: Scenario, folder: Path) -> None:
     """Run `scenario` with extras instead of traffic, and write its tables, which mean nothing, into `folder`."""
     _correct(scenario)  # first, since it takes longest to compile: what is left divides more evenly
     run_scenario(_hurried(scenario), folder, lambda progress: None, Extras)

@@ -2,9 +2,9 @@ import libsumo
 import pytest
 
 from gpsec.core.errors import GpsecError
-from gpsec.traffic.carried import Spoofers, carried_attacks
 from gpsec.traffic.options import resolve_options
 from gpsec.traffic.session import SumoSession
+from gpsec.traffic.vehicle_attacks import Spoofers, carried_attacks
 from gpsec.types.attack_inputs import CarriedAttack
 
 from .helpers import CAR, ROUTE

@@ -7,7 +7,7 @@ import pytest
 from gpsec.core import kernels
 from gpsec.core.errors import GpsecError
 from gpsec.core.kernels import Compiled, kernel, only_compile
-from gpsec.pipeline.rehearsal import rehearse
+from gpsec.pipeline.warmup_run import warm_up
 from gpsec.running import warmup
 from gpsec.running import workers as runs
 from gpsec.scenario import Scenario
@@ -44,7 +44,7 @@ def test_a_run_calls_no_kernel_that_was_not_rehearsed(town, traffic, replay, go,
     monkeypatch.setattr(Compiled, "_compile_for", lambda self, args, claims: flag(args))
     only_compile(claims)
     (tmp_path / "tables").mkdir()
-    rehearse(town, tmp_path / "tables")
+    warm_up(town, tmp_path / "tables")
     rehearsed = set(noted)
     noted.clear()
     kernels._claims = None

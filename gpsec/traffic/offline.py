@@ -8,7 +8,7 @@ from gpsec.traffic.options import SumoOptions
 from gpsec.types.attack_inputs import DrawnZone
 
 
-class StandIn:
+class OfflineTraffic:
     """Traffic without a simulation; a subclass gives `step_s` and `frames` of a `gpsec.traffic.source.TrafficSource`.
 
     Attributes:

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gpsec.attacks.carried import plans_from_vehicles
 from gpsec.attacks.drift import Drift
 from gpsec.attacks.plans import MAX_TIME_S
+from gpsec.attacks.vehicle_plans import plans_from_vehicles
 from gpsec.core.errors import GpsecError
 from gpsec.types.attack_inputs import CarriedAttack
 
