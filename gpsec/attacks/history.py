@@ -26,8 +26,8 @@ def new_history(capacity: int, memory_s: float, step_s: float) -> Table[FixHisto
     return Table(FixHistory, capacity, steps=ceil(memory_s / step_s - 1e-6) + 1)
 
 
-def reader(history: FixHistory, rows: Ints, step: int, step_s: float) -> Callable[[float], tuple[Floats, Flags]]:
-    """Return `Victims.past_fix` for (m,) vehicle rows, after `record` of that step."""
+def past_fixes(history: FixHistory, rows: Ints, step: int, step_s: float) -> Callable[[float], tuple[Floats, Flags]]:
+    """Return `Victims.past_fix` for (m,) vehicle rows, after `record_fixes` of that step."""
 
     def past_fix(delay_s: float) -> tuple[Floats, Flags]:
         steps, reach = ceil(delay_s / step_s - 1e-6), history.valid.shape[1] - 1
@@ -40,7 +40,7 @@ def reader(history: FixHistory, rows: Ints, step: int, step_s: float) -> Callabl
 
 
 @kernel
-def record(rows: Ints, step: int, fix_m: Floats, fix_valid: Flags, history: FixHistory) -> None:
+def record_fixes(rows: Ints, step: int, fix_m: Floats, fix_valid: Flags, history: FixHistory) -> None:
     """Take in the honest fixes of a step, for all vehicle `rows` on the road, in every step.
 
     Args:

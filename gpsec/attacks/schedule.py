@@ -16,7 +16,7 @@ from gpsec.core.arrays import Flags, Floats, Ints, Keys
 from gpsec.core.errors import GpsecError, nearest, shown
 from gpsec.core.tables import blank
 
-SPARED, WAITING, ACTIVE, DONE = 0, 1, 2, 3
+SPARED, WAITING, UNDER_ATTACK, ATTACKED = 0, 1, 2, 3
 NEVER = int(np.iinfo(np.int32).max)
 
 
@@ -37,7 +37,7 @@ class Schedule(NamedTuple):
     """What one plan has in store for the vehicles; N vehicle rows.
 
     Attributes:
-        state: (N,) SPARED, WAITING, ACTIVE or DONE.
+        state: (N,) SPARED, WAITING, UNDER_ATTACK or ATTACKED.
         start_step: (N,) first step of the attack; in a zone, the first at which it may begin until it has begun.
         end_step: (N,) first step after the attack; while it lasts, that at which it ends at the latest.
         inside_step: (N,) last step in which it was seen in the zone; -1 before, and without a zone.
@@ -137,7 +137,7 @@ class Plan:
             Vehicle rows whose attack begins in this step, and those for which this is the first step after it.
         """
         state = schedule.state[rows]
-        active = state == ACTIVE
+        active = state == UNDER_ATTACK
         over = active & (schedule.end_step[rows] <= step)
         due = (state == WAITING) & (schedule.start_step[rows] <= step) & (step < schedule.end_step[rows])
         if self.zone is not None:
@@ -148,9 +148,9 @@ class Plan:
             schedule.inside_step[rows[inside]] = step
             over |= active & (step - schedule.inside_step[rows] > schedule.hold_steps[rows])
         starting, ending = rows[due], rows[over]
-        schedule.state[starting] = ACTIVE
+        schedule.state[starting] = UNDER_ATTACK
         schedule.start_step[starting] = step
-        schedule.state[ending] = DONE
+        schedule.state[ending] = ATTACKED
         schedule.end_step[ending] = step
         return starting, ending
 

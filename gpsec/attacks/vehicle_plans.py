@@ -13,9 +13,9 @@ from gpsec.types.constants import PREFIX
 
 # A car that follows its victim reached 40 to 50 m with a portable spoofer (Zeng et al., "All Your GPS Are Belong To
 # Us", USENIX Security 2018).
-REACH_M = 45.0
+SPOOFER_REACH_M = 45.0
 # Assumed: a receiver keeps to a signal that it has locked to for a while, and traffic drifts in and out of range.
-HOLD_S = 3.0
+SPOOFER_HOLD_S = 3.0
 _MAX_HOLD_S = 600.0
 _MOVING_KEYS = ("radius_m", "hold_s")
 
@@ -48,8 +48,8 @@ def _plan(members: Sequence[CarriedAttack]) -> tuple[PlanConfig, Zone | None, st
         raise GpsecError(f"{where}: {PREFIX}attack: unknown attack '{shown(name)}': {nearest(name, ATTACKS)}")
     others = [PREFIX + key for key in ("attack", "plan", *PLAN_KEYS, *_MOVING_KEYS)]
     if first.transmits:
-        radius_m = metres(given.pop("radius_m", f"{REACH_M}"), where)
-        hold_s = _hold_s(given.pop("hold_s", f"{HOLD_S}"), where)
+        radius_m = metres(given.pop("radius_m", f"{SPOOFER_REACH_M}"), where)
+        hold_s = _hold_s(given.pop("hold_s", f"{SPOOFER_HOLD_S}"), where)
         config = plan_from_text(name, given, {"name": first.plan, "zone": first.plan}, where, others)
         return config, Zone(first.plan, np.zeros((0, 2)), radius_m, hold_s), where
     whole_journey = {

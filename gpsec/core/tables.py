@@ -109,7 +109,7 @@ def taken(structure: T, rows: Ints | Flags) -> T:
     return structure._make(array[rows] for array in structure)
 
 
-def joined(structures: Sequence[T]) -> T:
+def concatenated(structures: Sequence[T]) -> T:
     """Return the rows of one or more structures of arrays, one after the other."""
     return structures[0]._make(np.concatenate(arrays) for arrays in zip(*structures, strict=True))
 

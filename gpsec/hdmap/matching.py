@@ -87,7 +87,7 @@ def locate(rows: Ints, lanes: MapArrays, index: MatchIndex, sides: LaneSides, ve
         vehicles.marked[row] = not against and not sides.internal[lane] and not sides.internal[lanes.lane[here]]
 
 
-class Matches(NamedTuple):
+class MatchedOffsets(NamedTuple):
     """Matches of n poses.
 
     Attributes:
@@ -109,7 +109,7 @@ def offsets(
     lane: Ints,
     position_m: Floats,
     heading_rad: Floats,
-    matches: Matches,
+    matches: MatchedOffsets,
 ) -> None:
     """Match (n, 2) positions with (n,) lanes and headings one by one, and fill `matches`."""
     for i in range(len(lane)):

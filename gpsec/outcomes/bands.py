@@ -18,10 +18,10 @@ from gpsec.types.vehicles import Vehicles
 # Attacks that last longer are followed this far.
 SECONDS = 120
 # Errors of 4 mm to 128 m; a bin is 1/32 to 1/16 of the error wide, and quantiles are interpolated within it.
-PER_OCTAVE = 16
-LOWEST_OCTAVE, HIGHEST_OCTAVE = -8, 7
-ERROR_BINS = (HIGHEST_OCTAVE - LOWEST_OCTAVE) * PER_OCTAVE + 2
-CROSS, ALONG = 0, 1
+BANDS_PER_OCTAVE = 16
+_LOWEST_OCTAVE, _HIGHEST_OCTAVE = -8, 7
+ERROR_BINS = (_HIGHEST_OCTAVE - _LOWEST_OCTAVE) * BANDS_PER_OCTAVE + 2
+_ACROSS, _ALONG = 0, 1
 SHARES = {"p05": 0.05, "median": 0.5, "p95": 0.95}
 
 
@@ -33,12 +33,12 @@ def empty_bands(plans: int, profiles: int, defences: int) -> Ints:
 @inline
 def error_bin(error_m: float) -> int:
     """Return the bin of an absolute error; a larger one never has a lower bin."""
-    if not error_m >= 2.0**LOWEST_OCTAVE:
+    if not error_m >= 2.0**_LOWEST_OCTAVE:
         return 0
-    if error_m >= 2.0**HIGHEST_OCTAVE:
+    if error_m >= 2.0**_HIGHEST_OCTAVE:
         return ERROR_BINS - 1
     mantissa, exponent = frexp(error_m)
-    return 1 + (exponent - 1 - LOWEST_OCTAVE) * PER_OCTAVE + int((mantissa - 0.5) * (2.0 * PER_OCTAVE))
+    return 1 + (exponent - 1 - _LOWEST_OCTAVE) * BANDS_PER_OCTAVE + int((mantissa - 0.5) * (2.0 * BANDS_PER_OCTAVE))
 
 
 @kernel
@@ -63,8 +63,8 @@ def add_bands(
         for d in range(estimate_m.shape[1]):
             x = estimate_m[row, d, 0] - vehicles.rear_m[v, 0]
             y = estimate_m[row, d, 1] - vehicles.rear_m[v, 1]
-            cells[d, CROSS, second, error_bin(abs(c * y - s * x))] += 1
-            cells[d, ALONG, second, error_bin(abs(c * x + s * y))] += 1
+            cells[d, _ACROSS, second, error_bin(abs(c * y - s * x))] += 1
+            cells[d, _ALONG, second, error_bin(abs(c * x + s * y))] += 1
 
 
 def stride(step_s: float) -> int:
@@ -74,8 +74,8 @@ def stride(step_s: float) -> int:
 
 def error_edges() -> Floats:
     """Return the (ERROR_BINS + 1,) bounds of the bins; the last bin ends where it begins."""
-    octave, part = np.divmod(np.arange(ERROR_BINS - 1), PER_OCTAVE)
-    inner = np.ldexp(1.0 + part / PER_OCTAVE, octave + LOWEST_OCTAVE)
+    octave, part = np.divmod(np.arange(ERROR_BINS - 1), BANDS_PER_OCTAVE)
+    inner = np.ldexp(1.0 + part / BANDS_PER_OCTAVE, octave + _LOWEST_OCTAVE)
     return np.concatenate([[0.0], inner, inner[-1:]])
 
 
@@ -104,14 +104,14 @@ def bands_table(study: Study, bands: Ints, scenario: str) -> pd.DataFrame:
         for plan, attack in enumerate(study.plans[1:], start=1):
             for d, defence in enumerate(study.defence_names):
                 cell = bands[plan, profile, d]
-                vehicles = cell[CROSS].sum(axis=1)
+                vehicles = cell[_ACROSS].sum(axis=1)
                 seen = np.flatnonzero(vehicles)
                 if not len(seen):
                     continue
                 columns = {"scenario": scenario, "profile": name, "attack": attack, "defence": defence}
                 errors = {
                     f"{way}_{share}_m": quantile(cell[axis, seen], part)
-                    for axis, way in ((CROSS, "cross_track"), (ALONG, "along_track"))
+                    for axis, way in ((_ACROSS, "cross_track"), (_ALONG, "along_track"))
                     for share, part in SHARES.items()
                 }
                 parts.append(

@@ -16,7 +16,7 @@ POINTS = 80
 # Detectors are used at rates of 1e-2 to 1e-4, which are next to nothing on a linear axis: they get points as well.
 _LOWEST_RATE = 1e-5
 
-COLUMNS = (
+_COLUMNS = (
     "scenario",
     "profile",
     "attack",
@@ -75,7 +75,7 @@ def _spread(points: Curve) -> Ints:
 
 def curves_table(study: Study, tracks: ClosedTracks, histogram: Longs, scenario: str) -> pd.DataFrame:
     """Return the points for every profile, attack and detector; none where the curves are not defined."""
-    parts = [pd.DataFrame({name: np.zeros(0, object if place < 4 else float) for place, name in enumerate(COLUMNS)})]
+    parts = [pd.DataFrame({name: np.zeros(0, object if place < 4 else float) for place, name in enumerate(_COLUMNS)})]
     for profile, name in enumerate(study.profiles):
         mine = tracks.take(tracks.profile == profile)
         for plan, attack in enumerate(study.plans[1:], start=1):

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gpsec.core.arrays import Flags, Floats, Ints
-from gpsec.core.tables import Table, joined, taken
+from gpsec.core.tables import Table, concatenated, taken
 from gpsec.outcomes.state import ATTACK, OutcomeState
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Identity
@@ -76,7 +76,7 @@ class ClosedTracks:
                 for name in cls.__dataclass_fields__
                 if name != "state"
             },
-            state=joined([part.state for part in parts]),
+            state=concatenated([part.state for part in parts]),
         )
         return whole.take(np.lexsort((whole.plan, whole.vehicle_id)).astype(np.int32))
 

@@ -15,7 +15,7 @@ from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
-from gpsec.outcomes.paper import TABLE_I, Detection, localization_like
+from gpsec.outcomes.paper import TABLE_I, PublishedScores, localization_like
 from gpsec.outcomes.state import OUTCOMES
 from gpsec.outcomes.tables import read_table
 from gpsec.types.constants import MANIFEST, UNDEFENDED
@@ -94,7 +94,9 @@ def _detection(
     return Group(_title(f"Detection (form of Table I): {scenario}, profile {profile}"), table, _caption(caption))
 
 
-def _detection_table(rows: pd.DataFrame, paper: Mapping[tuple[str, str], Detection | None], *, wide: bool) -> Table:
+def _detection_table(
+    rows: pd.DataFrame, paper: Mapping[tuple[str, str], PublishedScores | None], *, wide: bool
+) -> Table:
     """Return ours with intervals and the paper's in a column of their own, or else below ours and without intervals."""
     table = _table("attack", _HEADING_WIDTH if wide else _WIDEST_LABEL - 2)
     _add_label(table, "detector", _HEADING_WIDTH + 2)
@@ -122,11 +124,11 @@ def _figures(row: Row, text: Callable[[Row, str], str]) -> list[str]:
     return [text(row, name) for name in ("precision", "recall", "f1", "delay_mean_s")]
 
 
-def _published(paper: Detection) -> list[str]:
+def _published(paper: PublishedScores) -> list[str]:
     return [f"{paper.precision:.2f}", f"{paper.recall:.2f}", f"{paper.f1:.2f}", f"{paper.delay_s:.1f}"]
 
 
-def _abreast(paper: Detection | None) -> str:
+def _abreast(paper: PublishedScores | None) -> str:
     if paper is None:
         return ""
     *shares, delay = _published(paper)

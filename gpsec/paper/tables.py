@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from gpsec.outcomes.paper import TABLE_I, Localization
+from gpsec.outcomes.paper import TABLE_I, PublishedRmse
 from gpsec.outcomes.tables import FLOAT_FORMAT, whole
 from gpsec.paper import pool
 from gpsec.paper.pool import Estimate
@@ -70,7 +70,7 @@ def detection_rows(
     return rows
 
 
-def localization_rows(table: Localization, events: pd.DataFrame) -> list[PaperRow]:
+def localization_rows(table: PublishedRmse, events: pd.DataFrame) -> list[PaperRow]:
     """Return the rows of Tables II to IV's form: every attack under every defence.
 
     The paper has one response; its figures stand beside that, behind its detector and behind the truth, and beside

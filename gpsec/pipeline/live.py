@@ -21,7 +21,7 @@ from gpsec.traffic.sumo_gui import Colour, Look, Outline
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Identity, Vehicles
 
-CLEAN, UNSEEN, DETECTED, FALSE_ALARM, LEFT_LANE = range(5)
+CLEAN, UNSEEN, SEEN, FALSE_ALARM, STRAYED = range(5)
 # Okabe and Ito's palette, which colour-blind people tell apart: green, orange, sky blue, yellow, vermilion.
 COLOURS: tuple[Colour, ...] = (
     (0, 158, 115, 255),
@@ -155,9 +155,9 @@ def track_states(rows: Ints, tracks: Tracks, outcomes: OutcomeState, defence: in
     states = np.full(len(rows), CLEAN, np.int32)
     attacked = tracks.attacked[rows]
     seen = outcomes.detection_step[rows, detector] >= 0
-    states[attacked] = np.where(seen, DETECTED, UNSEEN)[attacked]
+    states[attacked] = np.where(seen, SEEN, UNSEEN)[attacked]
     states[outcomes.in_alarm[rows, detector] & ~attacked] = FALSE_ALARM
-    states[outcomes.first_step[rows, defence, OUT_OF_LANE] >= 0] = LEFT_LANE
+    states[outcomes.first_step[rows, defence, OUT_OF_LANE] >= 0] = STRAYED
     return states
 
 

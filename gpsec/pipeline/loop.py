@@ -8,7 +8,7 @@ import numpy as np
 
 from gpsec.attacks.base import Victims
 from gpsec.attacks.deviation import note_deviation
-from gpsec.attacks.history import new_history, reader, record
+from gpsec.attacks.history import new_history, past_fixes, record_fixes
 from gpsec.attacks.schedule import Clock, Plan, Schedule, needed_memory_s
 from gpsec.core import noise
 from gpsec.core.arrays import Flags, Ints
@@ -120,7 +120,7 @@ class Loop:
         self._threads.run(locate, rows, self._map.lanes, self._map.index, self._map.sides, vehicles)
         self._watch.lap("truth")
         self._sensors.sense(self._sensor_state, vehicles, self.seen, rows, frame.step, self._threads)
-        record(rows, frame.step, self.seen.fix_m, self.seen.fix_valid, self._history.now)
+        record_fixes(rows, frame.step, self.seen.fix_m, self.seen.fix_valid, self._history.now)
         self._watch.lap("sensors")
         self._move_plans(frame)
         self._spoof(frame.step)
@@ -242,7 +242,7 @@ class Loop:
                 left_lane=left_lane,
                 right_lane=right_lane,
                 deviation_m=tracks.deviation_m[chosen],
-                past_fix=reader(self._history.now, vehicle, step, self._clock.step_s),
+                past_fix=past_fixes(self._history.now, vehicle, step, self._clock.step_s),
             )
             spoofed = plan.attack.apply(victims, self._attack_states[number - 1].now)
             tracks.fix_m[chosen] = spoofed.fix_m

@@ -18,8 +18,8 @@ from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Measurements, Vehicles
 
 # Attacks begin in the second step and end in the third; then everybody leaves.
-STEPS = 4
-VEHICLES = 20
+_STEPS = 4
+_VEHICLES = 20
 
 
 class Extras(OfflineTraffic):
@@ -36,10 +36,10 @@ class Extras(OfflineTraffic):
 
     def frames(self, duration_s: float | None = None) -> Iterator[Frame]:
         """Yield the steps, whatever the duration."""
-        rows: Ints = np.arange(VEHICLES, dtype=np.int32)
-        for step in range(STEPS):
+        rows: Ints = np.arange(_VEHICLES, dtype=np.int32)
+        for step in range(_STEPS):
             entering = [_extra(row) for row in rows.tolist()] if step == 0 else []
-            left = rows.tolist() if step == STEPS - 1 else []
+            left = rows.tolist() if step == _STEPS - 1 else []
             rows = rows[len(left) :]
             yield Frame(
                 step=step,

@@ -10,11 +10,11 @@ from gpsec.attacks.base import Attack, Spoofed
 from gpsec.attacks.plans import PlanConfig
 from gpsec.core.arrays import Flags, Floats
 from gpsec.testing.contract import require
-from gpsec.testing.victims import World, drive, make_victims
+from gpsec.testing.victims import Surroundings, drive, make_victims
 
 # What may stand beside an attack's own parameters: in a plan, and at a zone or a vehicle.
 RESERVED = frozenset(PlanConfig.model_fields) | {"begin", "end", "radius_m", "hold_s", "plan", "equipped", "sensors"}
-Answers = list[tuple[Any, Spoofed]]
+SpoofedSteps = list[tuple[Any, Spoofed]]
 
 
 @dataclass(frozen=True)
@@ -31,13 +31,13 @@ class AttackCase:
     kind: type[Attack]
     parameters: dict[str, object] = field(default_factory=dict)
     denies_fixes: bool = False
-    world: World = field(default_factory=World.random)
+    world: Surroundings = field(default_factory=Surroundings.random)
 
     def build(self) -> Attack:
         """Return the attack with its parameters."""
         return self.kind(**self.parameters)
 
-    def answers(self, world: World | None = None, rows: Any = None) -> Answers:
+    def answers(self, world: Surroundings | None = None, rows: Any = None) -> SpoofedSteps:
         """Return (victims, their fixes) of every step."""
         return drive(self.build(), self.world if world is None else world, rows)
 
@@ -116,7 +116,9 @@ def it_does_something(case: AttackCase) -> None:
 
 def the_same_input_gives_the_same_bytes(case: AttackCase) -> None:
     """Hold determinism."""
-    require(same(case.answers(), case.answers()), "the same input gives the same bytes; draw from gpsec.core.noise")
+    require(
+        same_fixes(case.answers(), case.answers()), "the same input gives the same bytes; draw from gpsec.core.noise"
+    )
 
 
 def inputs_are_left_alone(case: AttackCase) -> None:
@@ -159,13 +161,13 @@ def the_order_of_victims_does_not_matter(case: AttackCase) -> None:
 def track_rows_do_not_matter(case: AttackCase) -> None:
     """Hold that the state is read and written at `victims.rows`, and at no other places."""
     rows = np.array([12, 3, 7, 40, 0, 9, 5], np.int32)
-    require(same(case.answers(), case.answers(rows=rows)), "state is kept at `victims.rows`, whichever they are")
+    require(same_fixes(case.answers(), case.answers(rows=rows)), "state is kept at `victims.rows`, whichever they are")
 
 
 def it_never_looks_at_later_data(case: AttackCase) -> None:
     """Hold causality."""
     changed = case.answers(case.world.change_from(45))
-    require(same(case.answers()[:45], changed[:45]), "no fix depends on what comes later")
+    require(same_fixes(case.answers()[:45], changed[:45]), "no fix depends on what comes later")
 
 
 def it_looks_back_no_further_than_it_says(case: AttackCase) -> None:
@@ -203,7 +205,7 @@ def a_reset_row_begins_anew(case: AttackCase) -> None:
     require(np.array_equal(attack.apply(fresh, state.now).fix_m, expected), "a row that is reset begins anew")
 
 
-def same(one: Answers, other: Answers) -> bool:
+def same_fixes(one: SpoofedSteps, other: SpoofedSteps) -> bool:
     """Return whether two answers are equal to the last bit."""
     return all(
         np.array_equal(a.fix_m, b.fix_m) and np.array_equal(a.valid, b.valid)

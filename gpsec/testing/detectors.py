@@ -12,8 +12,8 @@ from gpsec.core.threads import Threads
 from gpsec.detection.alarm import GAP_S, HOLD_S
 from gpsec.detection.base import Detector, Observation, Verdict
 from gpsec.detection.logs import Grid
-from gpsec.testing.contract import require
-from gpsec.testing.residuals import SCALE_M, STEP_S, make_log
+from gpsec.testing.contract import STEP_S, require
+from gpsec.testing.residuals import SCALE_M, make_log
 
 PROFILES = ("first", "second")
 _COLUMNS = ("rows", "profile", "residual_m", "valid", "scale_m", "speed_mps", "curvature_per_m", "camera_sigma_m")

@@ -10,9 +10,8 @@ from gpsec.core.threads import Threads
 from gpsec.sensors.profiles import SensorProfile
 from gpsec.sensors.sense import Sensors
 from gpsec.sensors.state import SensorState
+from gpsec.testing.contract import STEP_S
 from gpsec.types.vehicles import Measurements, Vehicles
-
-STEP_S = 0.1
 
 
 @dataclass

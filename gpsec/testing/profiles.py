@@ -8,8 +8,8 @@ from gpsec.core.arrays import Flags
 from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
 from gpsec.sensors.profiles import Channel, SensorProfile, residual_sigma_m
-from gpsec.testing.contract import require
-from gpsec.testing.drive import STEP_S, Drive
+from gpsec.testing.contract import STEP_S, require
+from gpsec.testing.drive import Drive
 from gpsec.types.vehicles import Measurements
 
 VEHICLES, STEPS = 24, 40

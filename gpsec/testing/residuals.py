@@ -3,8 +3,8 @@
 import numpy as np
 
 from gpsec.detection.logs import ResidualLog
+from gpsec.testing.contract import STEP_S
 
-STEP_S = 0.1
 SCALE_M = 0.3
 
 

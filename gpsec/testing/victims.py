@@ -6,12 +6,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gpsec.attacks.base import Attack, Spoofed, Victims
-from gpsec.attacks.history import new_history, reader, record
+from gpsec.attacks.history import new_history, past_fixes, record_fixes
 from gpsec.core.arrays import Flags, Floats
 from gpsec.core.noise import vehicle_key
-from gpsec.testing.contract import BrokenContractError, require
+from gpsec.testing.contract import STEP_S, BrokenContractError, require
 
-STEP_S = 0.1
 PastFix = Callable[[float], tuple[Floats, Flags]]
 
 
@@ -51,7 +50,7 @@ def displacement(attack: Attack, victims: Victims) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class World:
+class Surroundings:
     """Everything that victims see in T steps; (T, m, …) arrays."""
 
     fix_m: np.ndarray
@@ -65,7 +64,7 @@ class World:
     began: np.ndarray
 
     @classmethod
-    def random(cls, steps: int = 60, m: int = 7) -> "World":
+    def random(cls, steps: int = 60, m: int = 7) -> "Surroundings":
         """Return random lanes, gaps in the fixes, and attacks that began 0 to 3 s before step 40."""
         rng = np.random.default_rng(5)
         return cls(
@@ -80,12 +79,12 @@ class World:
             began=rng.integers(10, 40, m),
         )
 
-    def take(self, order: np.ndarray) -> "World":
+    def take(self, order: np.ndarray) -> "Surroundings":
         """Return the victims `order` only, in that order."""
         step_first = {name: value[:, order] for name, value in vars(self).items() if value.ndim > 1}
         return replace(self, key=self.key[order], began=self.began[order], **step_first)
 
-    def change_from(self, step: int) -> "World":
+    def change_from(self, step: int) -> "Surroundings":
         """Return the same up to `step`, and everything else from there on."""
         other = {
             name: np.concatenate([value[:step], ~value[step:] if value.dtype == np.bool_ else value[step:] * 1.01])
@@ -97,7 +96,7 @@ class World:
 
 def drive(
     attack: Attack,
-    world: World,
+    world: Surroundings,
     rows: np.ndarray | None = None,
     watch: Callable[[float], None] = lambda delay_s: None,
 ) -> list[tuple[np.ndarray, Spoofed]]:
@@ -114,9 +113,9 @@ def drive(
     history = new_history(m, attack.needed_memory_s(), STEP_S).now
     result = []
     for step in range(steps):
-        record(np.arange(m, dtype=np.int32), step, world.fix_m[step], world.fix_valid[step], history)
+        record_fixes(np.arange(m, dtype=np.int32), step, world.fix_m[step], world.fix_valid[step], history)
         on = np.flatnonzero(world.began <= step)
-        read = reader(history, on.astype(np.int32), step, STEP_S)
+        read = past_fixes(history, on.astype(np.int32), step, STEP_S)
 
         def past_fix(delay_s: float, read: PastFix = read) -> tuple[Floats, Flags]:
             watch(delay_s)

@@ -10,7 +10,7 @@ from gpsec.attacks.base import Attack, NoState, Spoofed, displace_left
 from gpsec.attacks.registry import ATTACKS
 from gpsec.attacks.zones import zone_keys
 from gpsec.testing import ATTACK_CHECKS, BrokenContractError, check_attack
-from gpsec.testing.attacks import RESERVED, AttackCase, same
+from gpsec.testing.attacks import RESERVED, AttackCase, same_fixes
 
 # With parameters that make each show all it does within two seconds.
 CASES = [
@@ -46,7 +46,7 @@ def test_it_keeps_the_contract(case: AttackCase, check) -> None:
 @pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case.kind.name}{case.parameters or ''}")
 def test_what_comes_later_does_change_it_then(case: AttackCase) -> None:
     """The look for later data would notice: what follows from step 45 on differs, but where no fixes are left."""
-    differs = not same(case.answers(), case.answers(case.world.change_from(45)))
+    differs = not same_fixes(case.answers(), case.answers(case.world.change_from(45)))
     assert differs == (case.kind.name != "jamming")
     assert (case.kind.state is NoState) == (case.kind.name not in WITH_STATE)
 

@@ -5,10 +5,10 @@ import pytest
 
 from gpsec.attacks.plans import plan_config
 from gpsec.attacks.schedule import (
-    ACTIVE,
-    DONE,
+    ATTACKED,
     NEVER,
     SPARED,
+    UNDER_ATTACK,
     WAITING,
     Clock,
     Plan,
@@ -53,7 +53,7 @@ def follow(plan: Plan, schedule: Schedule, positions: list[tuple[float, float]])
         starting, ending = plan.advance(schedule, ROWS[:1], np.array([position]), step)
         assert not (len(starting) and len(ending))
         active = (active or len(starting) > 0) and len(ending) == 0
-        assert active == (schedule.state[0] == ACTIVE)
+        assert active == (schedule.state[0] == UNDER_ATTACK)
         result.append(active)
     return result
 
@@ -146,7 +146,7 @@ def test_an_attack_lasts_from_its_start_to_its_end_and_comes_once() -> None:
     schedule = one(plan, settled_step=2)
     under_attack = follow(plan, schedule, [(0.0, 0.0)] * 20)
     assert under_attack == [5 <= step < 9 for step in range(20)]
-    assert schedule.state[0] == DONE
+    assert schedule.state[0] == ATTACKED
     assert (schedule.start_step[0], schedule.end_step[0]) == (5, 9)
 
 
@@ -177,7 +177,7 @@ def test_only_the_rows_on_the_road_move_on_and_a_reset_row_is_spared() -> None:
     starting, _ = plan.advance(schedules.now, ROWS[5:8], np.zeros((N, 2)), 0)
     assert starting.tolist() == [5, 6, 7]
     schedules.reset(ROWS[6:7])
-    assert schedules.now.state[4:9].tolist() == [WAITING, ACTIVE, SPARED, ACTIVE, WAITING]
+    assert schedules.now.state[4:9].tolist() == [WAITING, UNDER_ATTACK, SPARED, UNDER_ATTACK, WAITING]
 
 
 SQUARE = Zone("yard", np.array([[10.0, 0.0], [20.0, 0.0], [20.0, 10.0], [10.0, 10.0]]))

@@ -8,7 +8,7 @@ import shapely
 
 from gpsec.hdmap.arrays import MapArrays
 from gpsec.hdmap.map import HDMap
-from gpsec.hdmap.matching import Matches, offsets
+from gpsec.hdmap.matching import MatchedOffsets, offsets
 
 TWO_WAY = (
     'id="a" x="0" y="0"\nid="b" x="200" y="0"',
@@ -39,7 +39,7 @@ def match(
     hd_map: HDMap, mode: int, lane: str, x_m: float, y_m: float, heading_rad: float, layer: int = 0
 ) -> tuple[int, float]:
     """Segment and offset of one position."""
-    found = Matches(np.zeros(1, np.int32), np.zeros(1))
+    found = MatchedOffsets(np.zeros(1, np.int32), np.zeros(1))
     at, here, heading = np.array([hd_map.lane_index[lane]], np.int32), np.array([[x_m, y_m]]), np.array([heading_rad])
     offsets(hd_map.lanes, hd_map.index, mode, layer, at, here, heading, found)
     return int(found.segment[0]), float(found.offset_m[0])

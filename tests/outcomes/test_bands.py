@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from gpsec.outcomes.bands import ERROR_BINS, PER_OCTAVE, SECONDS, error_bin, error_edges, quantile, stride
+from gpsec.outcomes.bands import BANDS_PER_OCTAVE, ERROR_BINS, SECONDS, error_bin, error_edges, quantile, stride
 from gpsec.outcomes.tables import read_table
 
 from .scene import Scene
@@ -19,7 +19,7 @@ def test_edges_and_bins_agree():
 def test_quantiles_are_those_of_numpy_within_a_bin(share):
     errors = np.random.default_rng(2).exponential(0.7, 4000)
     counts = np.bincount([error_bin(error) for error in errors], minlength=ERROR_BINS)[None, :]
-    assert quantile(counts, share)[0] == pytest.approx(np.quantile(errors, share), rel=1.0 / PER_OCTAVE)
+    assert quantile(counts, share)[0] == pytest.approx(np.quantile(errors, share), rel=1.0 / BANDS_PER_OCTAVE)
 
 
 def test_a_stride_is_about_a_second():
@@ -45,9 +45,9 @@ def test_a_vehicle_counts_once_a_second_of_its_attack(tmp_path):
     assert mine["time_s"].tolist() == [0.0, 1.0, 2.0, 3.0]  # steps 5, 15, 25, 35
     assert mine["n_vehicles"].tolist() == [2, 2, 1, 1]
     alone = mine[mine["n_vehicles"] == 1]
-    assert alone["cross_track_median_m"].to_numpy() == pytest.approx([2.0, 2.0], rel=1.0 / PER_OCTAVE)
-    assert mine["cross_track_p95_m"].iloc[0] == pytest.approx(4.0, rel=1.0 / PER_OCTAVE)
-    assert mine["along_track_median_m"].to_numpy() == pytest.approx([0.5] * 4, rel=1.0 / PER_OCTAVE)
+    assert alone["cross_track_median_m"].to_numpy() == pytest.approx([2.0, 2.0], rel=1.0 / BANDS_PER_OCTAVE)
+    assert mine["cross_track_p95_m"].iloc[0] == pytest.approx(4.0, rel=1.0 / BANDS_PER_OCTAVE)
+    assert mine["along_track_median_m"].to_numpy() == pytest.approx([0.5] * 4, rel=1.0 / BANDS_PER_OCTAVE)
 
 
 def test_attacks_are_followed_two_minutes(tmp_path):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gpsec.core.arrays import Floats, Ints
-from gpsec.hdmap.matching import Matches, offsets
+from gpsec.hdmap.matching import MatchedOffsets, offsets
 from gpsec.hdmap.search import NEAREST, TRACKED
 from gpsec.reference.matching import LaneMatcher
 
@@ -43,7 +43,7 @@ def test_offsets_with_their_signs_on_every_layer(drive: Drive, places: tuple[Flo
     left = right = against = 0
     for layer in range(1 + len(hd_map.spacings_m)):
         segment, offset = np.zeros(len(lane), np.int32), np.zeros(len(lane))
-        offsets(hd_map.lanes, hd_map.index, mode, layer, lane, position, heading, Matches(segment, offset))
+        offsets(hd_map.lanes, hd_map.index, mode, layer, lane, position, heading, MatchedOffsets(segment, offset))
         matcher = LaneMatcher(hd_map, layer, mode == TRACKED)
         between = 0
         for i, (x, y) in enumerate(position.tolist()):

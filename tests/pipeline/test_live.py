@@ -16,9 +16,9 @@ from gpsec.outcomes.state import OUT_OF_LANE, OutcomeState
 from gpsec.outcomes.study import Study
 from gpsec.pipeline.live import (
     CLEAN,
-    DETECTED,
     FALSE_ALARM,
-    LEFT_LANE,
+    SEEN,
+    STRAYED,
     UNSEEN,
     Live,
     LiveRun,
@@ -61,10 +61,10 @@ def test_each_vehicle_is_shown_once_under_the_chosen_plan_where_that_has_begun()
         (False, True, False, False, CLEAN),  # the attack is over
         (False, True, True, False, FALSE_ALARM),
         (True, False, False, False, UNSEEN),
-        (True, True, False, False, DETECTED),  # once seen is seen
-        (True, True, True, False, DETECTED),
-        (True, True, True, True, LEFT_LANE),
-        (False, False, False, True, LEFT_LANE),
+        (True, True, False, False, SEEN),  # once seen is seen
+        (True, True, True, False, SEEN),
+        (True, True, True, True, STRAYED),
+        (False, False, False, True, STRAYED),
     ],
 )
 def test_the_state_of_a_track(attacked, detected, in_alarm, left, state):

@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from gpsec.attacks.vehicle_plans import HOLD_S, REACH_M, plans_from_vehicles
+from gpsec.attacks.vehicle_plans import SPOOFER_HOLD_S, SPOOFER_REACH_M, plans_from_vehicles
 from gpsec.attacks.zones import zone_keys
 from gpsec.traffic.vehicle_attacks import carried_attacks
 from gpsec.traffic.vehicletypes import ROAD_CLASSES, TYPE_KEYS
@@ -37,8 +37,8 @@ def test_every_parameter_that_is_named_is_one() -> None:
     known = {*zone_keys(), *TYPE_KEYS, "gpsec.hold_s", "gpsec.plan"}
     named = set(re.findall(r"gpsec\.[a-z_]+", PAGE)) - {"gpsec.toml", "gpsec.schema"}
     assert named <= known
-    assert f"The reach is {REACH_M:g} m" in PAGE
-    assert f"The hold is {HOLD_S:g} s" in PAGE
+    assert f"The reach is {SPOOFER_REACH_M:g} m" in PAGE
+    assert f"The hold is {SPOOFER_HOLD_S:g} s" in PAGE
 
 
 def test_the_examples_are_plans(tmp_path: Path) -> None:

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from gpsec.pipeline.filter_noise import filter_noise
-from gpsec.testing.drive import STEP_S, Drive
+from gpsec.testing.contract import STEP_S
+from gpsec.testing.drive import Drive
 from tests.sensors.exact import profile
 
 N = 40_000
