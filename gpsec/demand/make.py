@@ -65,7 +65,7 @@ def demand_files(net_file: Path, out: Path, overwrite: bool) -> dict[str, Path]:
 
 
 def refuse_map(net_file: Path) -> None:
-    """Refuse what `gpsec import` makes a net of.
+    """Refuse a map that has to be imported first.
 
     Raises:
         GpsecError: the file is an OpenStreetMap extract or an OpenDRIVE map.

@@ -1,4 +1,4 @@
-"""The vehicle types of all scenarios: what drives, and how it is driven."""
+"""The vehicle types of all scenarios: bodies and drivers."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Body:
 
 @dataclass(frozen=True)
 class Driver:
-    """How somebody drives; `align_m` is where in the lane he likes to be (left positive)."""
+    """A kind of driver; `align_m` is the preferred offset in the lane, left positive."""
 
     share: float
     speed_factor: str

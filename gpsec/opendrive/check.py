@@ -64,7 +64,7 @@ class Check:
 
     @property
     def incomplete(self) -> bool:
-        """Whether the net is without more of the map than is to be expected at junctions."""
+        """Whether the net lacks more of the map than `MOST_LOST_SHARE`."""
         return self.overall.unmatched_share > MOST_LOST_SHARE
 
 

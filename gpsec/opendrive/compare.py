@@ -19,7 +19,7 @@ _TANGENT_M = 0.05
 
 @dataclass(frozen=True)
 class Matches:
-    """What lies beside n points of OpenDRIVE lane centres.
+    """The lane of the net beside each of n points of OpenDRIVE lane centres.
 
     Attributes:
         lane: (n,) index of the net's lane, -1 where there is none.

@@ -23,7 +23,7 @@ _WEIGHTS = np.array([5.0, 8.0, 5.0]) / 18.0
 
 
 class Course(NamedTuple):
-    """Where a curve runs: (n,) arrays.
+    """Points and directions of a curve: (n,) arrays.
 
     Attributes:
         u_m, v_m: ahead of the beginning, and to its left.

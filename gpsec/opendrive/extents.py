@@ -69,7 +69,7 @@ def _ends(part: Part, lane: NetLane) -> tuple[float, float]:
 
 
 def _backwards(part: Part, lane: NetLane) -> float:
-    """Return how far a lane runs against the part of a way that it is beside."""
+    """Return the length for which a lane runs against the way beside it."""
     begin, finish = _ends(part, lane)
     return part.way.along(begin) - part.way.along(finish)
 

@@ -1,4 +1,4 @@
-"""Gives a map a geo-reference that PROJ, netconvert and gpsec understand, and turns it by the offset of its header."""
+"""Writes a geo-reference that PROJ and netconvert understand, and turns a map by the offset of its header."""
 
 from math import cos, degrees, isfinite, sin
 from xml.etree.ElementTree import Element, SubElement
@@ -42,7 +42,7 @@ def set_georeference(root: Element, origin_deg: tuple[float, float] | None) -> s
 
 
 def _beside(written: str, definition: str, root: Element) -> str:
-    """Say by how far a PROJ string puts the map beside where the written reference does."""
+    """Return a sentence on the distance between the map's place by the PROJ string and by the written reference."""
     crs, first = reference_system(written), root.find("road/planView/geometry")
     if "+proj=" in written or crs is None or first is None or crs.axis_info[0].unit_conversion_factor != 1.0:
         return ""

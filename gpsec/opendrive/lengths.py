@@ -26,7 +26,7 @@ def agree_lengths(root: Element, lanes: list[NetLane]) -> None:
 
 
 def differing(lanes: list[NetLane]) -> list[str]:
-    """Return the lanes whose shape and length differ by more than a tenth, with both."""
+    """Return the lanes whose shape and length differ by more than a tenth, with both lengths."""
     found = []
     for lane in lanes:
         drawn, length = _drawn(lane), float(lane.element.get("length", "nan"))

@@ -1,4 +1,4 @@
-"""What is mended in a finished net, and what is only said of it."""
+"""Mends a finished net, and describes what is left as it is."""
 
 import itertools
 from xml.etree.ElementTree import Element
@@ -24,7 +24,7 @@ def mend_net(root: Element) -> list[str]:
 
 
 def describe_net(root: Element) -> list[str]:
-    """Return what one should know of a net, one sentence each."""
+    """Return sentences on narrow lanes, crossed lanes and parts that no road joins."""
     lanes = net_lanes(root)
     said = []
     narrow = [lane for lane in lanes if lane.width_m < NARROW_M]

@@ -1,4 +1,4 @@
-"""Names that netconvert takes for the roads and junctions of a map, and back in its net."""
+"""Renames roads and junctions for netconvert, and back in its net."""
 
 import re
 from xml.etree.ElementTree import Element
@@ -29,7 +29,7 @@ def rename_for_netconvert(root: Element) -> dict[str, str]:
 
 
 def restore_names(net: Element, names: dict[str, str]) -> None:
-    """Let the lanes of a net name the map's lanes as the map does."""
+    """Replace the new names by the map's own in the `origId` of a net's lanes."""
     for parameter in net.iter("param"):
         if parameter.get("key") == ORIGINAL:
             road, _, lane = parameter.get("value", "").rpartition("_")

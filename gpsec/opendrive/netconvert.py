@@ -1,4 +1,4 @@
-"""Runs netconvert with the options that make a net of an OpenDRIVE map an HD map."""
+"""Runs netconvert on an OpenDRIVE map with the options that an HD map needs."""
 
 from pathlib import Path
 

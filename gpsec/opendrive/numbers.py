@@ -1,4 +1,4 @@
-"""The numbers of an OpenDRIVE file, checked once for all who read it: which keys have one, and what it may be.
+"""Checks the numbers of an OpenDRIVE file: which keys have one, and its bounds.
 
 Signals are not among them: one that cannot be read is left out, not the map (`gpsec.opendrive.simplify`).
 

@@ -23,7 +23,7 @@ MOST_ROAD_M = 5e6
 
 
 def parse(map_file: Path) -> Element:
-    """Return the root of an OpenDRIVE file, without namespaces; its numbers are numbers within bounds.
+    """Return the root of an OpenDRIVE file, without namespaces, with its numbers checked.
 
     Raises:
         GpsecError: it is missing, not XML, or not OpenDRIVE, or a number is none or out of bounds.
@@ -46,7 +46,7 @@ def parse(map_file: Path) -> Element:
 
 
 def roads(root: Element, map_file: Path) -> list[Road]:
-    """Return the roads under an OpenDRIVE root; `map_file` is for what is said of errors.
+    """Return the roads under an OpenDRIVE root; error messages name `map_file`.
 
     Widths must be spelt out, and sections complete.
 

@@ -1,4 +1,4 @@
-"""What a check leaves behind: a CSV with a row for each lane, and a picture of the lanes coloured by their error."""
+"""Writes a check: a CSV with a row for each lane, and a picture of the lanes coloured by their error."""
 
 import csv
 from pathlib import Path
@@ -27,7 +27,7 @@ _INCHES, _DPI = 10.0, 160
 
 
 def write_csv(check: Check, path: Path) -> None:
-    """Write a row for each lane of each lane section of the map; an empty cell is a figure that there is not."""
+    """Write a row for each lane of each lane section of the map; an empty cell is an undefined figure."""
     with path.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(CHECK_COLUMNS)

@@ -1,4 +1,4 @@
-"""The roads of an OpenDRIVE file, as far as the geometry and the speeds of their lanes go."""
+"""The roads of an OpenDRIVE file: geometry and speeds of their lanes."""
 
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,4 +1,4 @@
-"""Puts what netconvert stumbles over in a form that it takes, or leaves it out, on a copy of an OpenDRIVE map."""
+"""Rewrites or leaves out what makes netconvert fail, on a copy of an OpenDRIVE map."""
 
 from math import isfinite
 from xml.etree.ElementTree import Element, SubElement
@@ -91,7 +91,7 @@ def _is_whole(written: str | None) -> bool:
 
 
 def _plainer(geometry: Element) -> bool:
-    """Make an arc of a spiral that is one, and a line of an arc that is one.
+    """Replace a spiral of constant curvature by an arc, and an arc without curvature by a line.
 
     netconvert divides by the change of a curvature and by the curvature itself: it loses such a road, or fills the
     memory with points that are all the same.

@@ -1,4 +1,4 @@
-"""Prepares an OpenDRIVE map for netconvert: what netconvert would drop or break is put in a form that it keeps.
+"""Writes the speed limits of an OpenDRIVE map in a form that netconvert reads.
 
 This happens on a copy; the user's map is not touched. Every change is said.
 """
@@ -14,7 +14,7 @@ NO_LIMIT_MPS = 130.0 / 3.6
 
 @dataclass(frozen=True)
 class Speeds:
-    """What became of the speed limits.
+    """What was changed of the speed limits.
 
     Attributes:
         from_road: lanes that got the limit of their road's type, which netconvert does not read.
@@ -28,7 +28,7 @@ class Speeds:
 
 
 def spell_out_speeds(roads: list[Road]) -> Speeds:
-    """Write into every lane that a map's roads were read from the limit that holds for it; return what was changed."""
+    """Write into every lane of a map the limit that holds for it; return what was changed."""
     counts = [0, 0, 0]
     for road in roads:
         for section in road.sections:

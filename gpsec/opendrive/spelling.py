@@ -1,4 +1,4 @@
-"""What an OpenDRIVE map says in a way that netconvert does not read, said in one that it does, and told to the user."""
+"""Rewrites lane sections and widths that netconvert does not read, and describes every change."""
 
 from collections.abc import Sequence
 from xml.etree.ElementTree import Element
@@ -53,12 +53,12 @@ def leave_out_reversed(roads: Sequence[Road]) -> list[str]:
 
 
 def counted(what: str, count: int) -> str:
-    """Return a sentence of so many, empty where there are none."""
+    """Return a sentence with a count, empty for none."""
     return f"{what}: {count}" if count else ""
 
 
 def named(what: str, names: Sequence[str]) -> str:
-    """Return a sentence of how many there are, with the first of them, empty where there are none."""
+    """Return a sentence with a count and the first names, empty for none."""
     if not names:
         return ""
     some = ", ".join(names[:_MOST_NAMED])

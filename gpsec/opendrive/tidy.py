@@ -1,4 +1,4 @@
-"""Takes out of a net that netconvert has made what would give a lane no direction, or a random one."""
+"""Mends internal lanes of netconvert's that have no direction, or one that rounding decides."""
 
 import itertools
 import math

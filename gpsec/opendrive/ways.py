@@ -70,7 +70,7 @@ class Way:
 
 @dataclass(frozen=True)
 class Part:
-    """What a way has of one lane of one lane section."""
+    """The piece of a way over one lane of one lane section."""
 
     way: Way
     line: shapely.LineString

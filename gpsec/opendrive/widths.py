@@ -1,4 +1,4 @@
-"""Widths of lanes, spelt out: netconvert does not read borders, and gives a lane without a width one of its own."""
+"""Writes the widths of lanes: netconvert reads no borders, and gives a lane without a width one of its own."""
 
 import itertools
 from dataclasses import dataclass, field
@@ -22,7 +22,7 @@ _NOTHING_M = 1e-9
 
 @dataclass
 class Widths:
-    """What became of the widths.
+    """What was changed of the widths.
 
     Attributes:
         from_border: lanes whose width is what lies between their border and that of the next lane inside.
@@ -115,7 +115,7 @@ def _zeros(values: Floats, long_m: float) -> list[float]:
 
 
 def _begins_late(width: Cubics, length_m: float) -> bool:
-    """Return whether there is none first, and then all at once."""
+    """Return whether the width is zero at first and then jumps."""
     some = np.flatnonzero(np.any(width.coefficients != 0.0, axis=1))
     if not len(some) or not width.start_m[some[0]] < length_m:
         return False

@@ -1,4 +1,4 @@
-"""Reads an extract of OpenStreetMap as far as it goes into a net: roads, where they are, which way roundabouts go."""
+"""Reads an extract of OpenStreetMap: number of roads, centre, directions of roundabouts."""
 
 import bz2
 import gzip
@@ -24,7 +24,7 @@ _BROKEN = (EOFError, zlib.error, ElementTree.ParseError, LookupError, ValueError
 
 @dataclass(frozen=True)
 class Extract:
-    """What there is in an extract.
+    """What an import needs to know of an extract.
 
     Attributes:
         roads: ways with a tag `highway`.
@@ -79,7 +79,7 @@ def _damaged(map_file: Path, error: Exception) -> GpsecError:
 
 
 def _opened(map_file: Path) -> BinaryIO:
-    """Return a stream of what is in a file, without its compression."""
+    """Return a stream of the uncompressed content of a file."""
     with map_file.open("rb") as stream:
         magic = stream.read(3)
     if magic[:2] == b"\x1f\x8b":
@@ -88,7 +88,7 @@ def _opened(map_file: Path) -> BinaryIO:
 
 
 def read_extract(osm_file: Path, map_file: Path) -> Extract:
-    """Return what there is in an extract; `map_file` is what the sentences of errors name.
+    """Return what an import needs to know of an extract; error messages name `map_file`.
 
     Raises:
         GpsecError: it is no XML, not OpenStreetMap, or has no road.

@@ -1,4 +1,4 @@
-"""Imports an extract of OpenStreetMap: a net for cars, without what is none of theirs."""
+"""Imports an extract of OpenStreetMap as a net of the roads that cars may use."""
 
 import tempfile
 from collections.abc import Callable

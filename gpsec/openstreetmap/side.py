@@ -1,4 +1,4 @@
-"""On which side traffic keeps, which OpenStreetMap hardly ever says: from roundabouts, else from the place.
+"""Finds the side on which traffic keeps, from roundabouts or from the place; OpenStreetMap seldom states it.
 
 The outlines, (longitude, latitude) in degrees, are drawn by hand. They keep to the coasts and, on land, to within some
 50 km of the borders; on islands they are boxes. Some small islands are missing. Which countries: ScienceAlert, "A
@@ -90,7 +90,7 @@ _CLEAR = 2
 
 
 def extract_keeps_left(extract: Extract) -> tuple[bool, str]:
-    """Return whether traffic keeps left, and how one knows: from its roundabouts, which are drawn as they are driven.
+    """Return whether traffic keeps left, and the reason: its roundabouts, which are drawn as they are driven.
 
     Without roundabouts, or where they disagree, the place counts.
     """

@@ -1,4 +1,4 @@
-"""Do the filters know how far off they are? NIS and NEES on honest traffic, for every profile."""
+"""Consistency of the filters: NIS and NEES on honest traffic, for every profile."""
 
 import json
 from collections.abc import Sequence

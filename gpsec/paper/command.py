@@ -21,7 +21,7 @@ TABLE_ATTACKS = {CONSTANT_BIAS: CONSTANT_BIAS, STEALTH: STEALTH}
 
 
 def make(out: Path, studies: Studies, jobs: int, report: Report) -> None:
-    """Make the tables in `out`, from runs in ``out/runs``; what is there of them already is kept.
+    """Make the tables in `out` from runs in ``out/runs``; runs that are there already are kept.
 
     Raises:
         GpsecError: a scenario is missing, or cannot be run.

@@ -1,4 +1,4 @@
-"""Pictures beside the tables: what single vehicles went through, and where the method is blind."""
+"""Pictures beside the tables: traces of single vehicles, and sweeps over δ, direction, place and false-alarm rate."""
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path

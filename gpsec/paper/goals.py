@@ -1,4 +1,4 @@
-"""What was aimed at, held against the tables: a goal that is missed is said to be."""
+"""The goals, compared with the tables; each is met or missed."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import astuple, dataclass
@@ -27,7 +27,7 @@ class Goal:
 
 
 def goals(tables: Mapping[int, Sequence[PaperRow]], consistency: pd.DataFrame) -> list[Goal]:
-    """Return all goals with what the tables say of them."""
+    """Return all goals with the figures of the tables."""
     return [
         *_detection(_index(tables[1])),
         *_localization(tables),

@@ -1,4 +1,4 @@
-"""The page that stands beside the tables."""
+"""Writes the Markdown page beside the tables."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -36,7 +36,7 @@ def write_readme(
     consistency: pd.DataFrame,
     figures: Mapping[str, str],
 ) -> None:
-    """Write the page as Markdown."""
+    """Write goals, figures and tables as Markdown."""
     lines = [*_opening(pinned), *_goals(goals(tables, consistency)), *_consistency(consistency), *_figures(figures)]
     for number, rows in tables.items():
         lines += [f"## {_TITLES[number]}", "", *_table(rows), ""]

@@ -1,4 +1,4 @@
-"""The two figures that the paper leaves open, chosen on the training networks by figures that it does give."""
+"""Chooses δ and the bias, which the paper leaves open, so that training runs match figures that it gives."""
 
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What all figures share: size, colours that colour-blind readers can tell apart, curves with their intervals."""
+"""What all figures share: size, colours for colour-blind readers, curves with intervals."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -39,7 +39,7 @@ LINE_COLOURS = _Colours()
 
 @contextmanager
 def canvas(path: Path, rows: int, columns: int, size: tuple[float, float] = (3.6, 2.6)) -> Iterator[Any]:
-    """Give (rows, columns) axes, and write them as a picture with a legend below."""
+    """Yield (rows, columns) axes; afterwards write them as a picture with a legend below."""
     figure = Figure(figsize=(size[0] * columns, size[1] * rows + 0.5), layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False)
     for one in axes.flat:
@@ -58,7 +58,7 @@ def canvas(path: Path, rows: int, columns: int, size: tuple[float, float] = (3.6
 
 
 def save_picture(figure: Figure, path: Path) -> None:
-    """Write a picture whose bytes say nothing of when it was made."""
+    """Write a picture without the time and program in its metadata, so that its bytes are reproducible."""
     with whole(path) as partial:
         figure.savefig(partial, format="png", dpi=110, metadata={"Software": None})
 

@@ -1,4 +1,4 @@
-"""Figures of pooled events, from the tables that runs write: every number is made from CSV alone."""
+"""Figures of events pooled over runs, computed from CSV tables alone."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -36,7 +36,7 @@ def read_runs(folders: Sequence[Path], table: str) -> pd.DataFrame:
 
 
 def of_detector(events: pd.DataFrame, detector: str, attack: str) -> pd.DataFrame:
-    """Return the events of an attack as one detector saw them: one row each, whichever defences listened to it."""
+    """Return the events of an attack for one detector, one row each, however many defences use it."""
     mine = events[(events["detector"] == detector) & (events["attack"] == attack)]
     return mine[mine["response"] == mine["response"].iloc[0]] if len(mine) else mine
 

@@ -1,4 +1,4 @@
-"""Which runs the tables are made from.
+"""The scenarios of the runs from which the tables are made.
 
 Everything that is scored here is held out: detectors are trained and calibrated on other networks (or, for the
 column of the training networks in the generalisation table, on other seeds), and the two figures of the attacks that
@@ -137,7 +137,7 @@ class Studies:
         return groups
 
     def pin(self) -> list[Scenario]:
-        """Return the runs on a training network that say what δ and the bias have to be."""
+        """Return the runs on a training network from which δ and the bias are chosen."""
         plans = [stealth(delta, f"stealth_{delta:g}") for delta in PIN_DELTAS]
         plans += [constant(target_m(profile), f"constant_{profile}") for profile in SET_UPS]
         seeds = PIN_SEEDS[:1] if self.quick else PIN_SEEDS
@@ -213,7 +213,7 @@ class Studies:
         return self._make("consumer", "slow_curve", "consumer", SEEDS[0], plans, _watched())
 
     def benign(self) -> list[Scenario]:
-        """Return a run for each profile in which errors are compared with what the filters say of them."""
+        """Return a run for each profile in which errors are compared with the filters' covariances."""
         networks = SET_UPS | {"consumer": "slow_curve"}
         return [
             self._make(f"benign-{profile}", network, profile, SEEDS[0], [], [NONE], _Settings(duration_s=240.0))

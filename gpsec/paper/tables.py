@@ -123,7 +123,7 @@ def _rows(label: str, figures: Mapping[str, Estimate], published: Mapping[str, f
 
 
 def scored(events: pd.DataFrame) -> Sequence[str]:
-    """Return the detectors of the runs that are not told the truth."""
+    """Return the detectors of the runs, without the oracle."""
     return [name for name in events["detector"].unique() if name not in ("never", "oracle")]
 
 

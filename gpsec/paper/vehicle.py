@@ -1,4 +1,4 @@
-"""What one vehicle went through: residual, statistics, and its path with and without mitigation."""
+"""Pictures of one vehicle: residual, statistics, and its path with and without mitigation."""
 
 import json
 from pathlib import Path
@@ -25,7 +25,7 @@ _AROUND_M = 30.0
 
 
 def statistics(run: Path, attack: str, path: Path) -> None:
-    """Draw residual and statistics, with thresholds and the time under attack, of a vehicle that is typical."""
+    """Draw residual, statistics and thresholds of a typical vehicle, with the time under attack."""
     log = _typical(run, attack)
     thresholds = _thresholds(run)
     columns = [str(name) for name in log.columns if str(name).endswith("_statistic")]
@@ -45,7 +45,7 @@ def statistics(run: Path, attack: str, path: Path) -> None:
 
 
 def trajectory(run: Path, attack: str, path: Path) -> None:
-    """Draw the true path of a typical vehicle on its lanes, and where it believes to be under some defences."""
+    """Draw the true path of a typical vehicle on its lanes, and its estimated paths under some defences."""
     log = _typical(run, attack)
     log = log[log["attacked"]]
     defences = ["+".join(NONE), *(f"{PAPER[0]}+{name}" for name in _responses(log))]

@@ -9,7 +9,7 @@ from gpsec.reference.sight import Sight
 
 @dataclass(frozen=True)
 class TrackVerdict:
-    """What a detector says in one step; the statistic is 0 where nothing was scored."""
+    """The result of a detector in one step; the statistic is 0 where nothing was scored."""
 
     statistic: float
     scored: bool
@@ -18,7 +18,7 @@ class TrackVerdict:
 
 @dataclass(frozen=True)
 class Scale:
-    """What a detector of one sensor profile is set to.
+    """The settings of a detector for one sensor profile.
 
     Attributes:
         profile: index of the profile.
@@ -46,7 +46,7 @@ class TrackDetector(ABC):
         self._late_s = 1e-6 * scale.step_s
 
     def step(self, sight: Sight, residual_m: float | None, attacked: bool) -> TrackVerdict:
-        """Take one step; `attacked` is for the one that is told the truth."""
+        """Take one step; only the oracle reads `attacked`."""
         self._valid_before_s += self.scale.step_s
         self._scored_before_s += self.scale.step_s
         statistic = None

@@ -72,7 +72,7 @@ class TrackCusum(TrackDetector):
         return max(up, down)
 
     def learn(self, z: float) -> None:
-        """Correct the level, but not with what an alarm makes doubtful."""
+        """Correct the level, but not by implausible residuals in alarm."""
         if self.alarm and abs(z) > self._is.plausible * sqrt(self._white**2 + self._slow**2):
             return
         reach = self._is.reach * self._slow
@@ -95,7 +95,7 @@ class TrackNever(TrackDetector):
 
 
 class TrackOracle(TrackNever):
-    """Is told the truth."""
+    """The oracle: it reads the label."""
 
     def step(self, sight: Sight, residual_m: float | None, attacked: bool) -> TrackVerdict:
         """Be in alarm exactly while the attack is active."""
@@ -106,7 +106,7 @@ MakeDetector = Callable[[Scale], TrackDetector]
 
 
 def detector_maker(detector: Detector | LabelledDetector, profiles: int) -> MakeDetector:
-    """Return what makes the reference of `detector` for a track.
+    """Return a function that makes the reference of `detector` for a track.
 
     Args:
         detector: the batched one, for its parameters and what it learned on each profile.

@@ -88,7 +88,7 @@ class PositionUkf:
 
     @classmethod
     def isolated(cls, ekf: GnssEkf) -> "PositionUkf":
-        """Go on from where a filter is that has trusted GNSS."""
+        """Start from a filter that has used GNSS."""
         mean, P = ekf.mean, ekf.covariance
         return cls(ekf.noise, mean[:2].copy(), P[:2, :2].copy(), float(mean[2]), float(P[2, 2]))
 
@@ -146,7 +146,7 @@ class NoLaneError(Exception):
 
 
 def not_given(*_: object) -> Floats:
-    """Stand in for a function that filterpy is given with every call."""
+    """Refuse to be called: filterpy is given the function with every call."""
     raise NotImplementedError("given with every call")
 
 

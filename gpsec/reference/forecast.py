@@ -44,7 +44,7 @@ class PlainNetwork:
                 parameter.copy_(torch.from_numpy(np.ascontiguousarray(value, np.float64)))
 
     def blank(self) -> NetworkState:
-        """Return the memory of one that has seen nothing."""
+        """Return the state before the first input."""
         nothing = torch.zeros(1, self._cell.hidden_size, dtype=torch.float64)
         return nothing, nothing
 
@@ -60,7 +60,7 @@ class PlainNetwork:
 
 
 class TrackForecaster(TrackDetector):
-    """What both detectors do that ask the LSTM what to expect."""
+    """Base of the two detectors that forecast the residual by the LSTM."""
 
     def __init__(self, detector: Forecaster, network: PlainNetwork, scale: Scale) -> None:
         super().__init__(scale)
@@ -87,7 +87,7 @@ class TrackForecaster(TrackDetector):
         return self._prediction, [exp(value) for value in log_variances]
 
     def learn(self, z: float) -> None:
-        """Let the residual wait, or the prediction where a large residual is not to be believed."""
+        """Queue the residual as a later input; in its place the prediction, where a large residual is doubtful."""
         if self.alarm:
             self._distrust = self._patience
         doubtful = self._distrust > 0 and abs(z) > max(abs(self._prediction), self._plausible)

@@ -1,4 +1,4 @@
-"""What one defence remembers of its past, and how it goes back to it."""
+"""The recorded past of one defence, and the restart from it."""
 
 from copy import deepcopy
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ _LOST_PERIODS = 2.5
 
 @dataclass(frozen=True)
 class Rules:
-    """What the switch of a vehicle goes by.
+    """The settings of a vehicle's switch.
 
     Attributes:
         noise: figures of its sensors.
@@ -47,7 +47,7 @@ class Rules:
 
 
 def heading_before(sight: Sight, step_s: float) -> float:
-    """Return what the heading sensor's yaw was before a step."""
+    """Return the heading sensor's yaw before a step."""
     return sight.heading_rad - sight.yaw_rate_rps * step_s
 
 
@@ -63,7 +63,7 @@ def isolated(ekf: GnssEkf | LearningEkf, heading_rad: float | None, noise: Filte
 
 
 class SightHistory:
-    """All that was seen since the first fix, and what the filter was at some steps."""
+    """Sensor data of all steps since the first fix, and copies of the filter from some of them."""
 
     def __init__(self, rules: Rules) -> None:
         self._rules = rules
@@ -71,13 +71,13 @@ class SightHistory:
         self._kept: dict[int, GnssEkf | LearningEkf | PositionUkf | LaneUkf] = {}
 
     def note(self, before: GnssEkf | LearningEkf | PositionUkf | LaneUkf | None, sight: Sight) -> None:
-        """Take in what is seen in a step, and what the filter was before it."""
+        """Record the sensor data of a step, and sometimes the filter before it."""
         if before is not None and len(self._sights) % self._rules.interval == 0:
             self._kept[len(self._sights)] = deepcopy(before)
         self._sights.append(sight)
 
     def go_back(self, matcher: LaneMatcher) -> tuple[PositionUkf | LaneUkf, float]:
-        """Return the filter as it was before the attack, propagated up to now without GNSS, and the way it went.
+        """Return the filter from before the attack, propagated to now without GNSS, and the distance travelled.
 
         The camera of the last step is not used yet.
         """

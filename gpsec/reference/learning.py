@@ -80,7 +80,7 @@ class LaneUkf:
 
     @classmethod
     def isolated(cls, ekf: LearningEkf) -> "LaneUkf":
-        """Go on from where a filter is that has trusted GNSS; of the camera's slow error nothing is known yet."""
+        """Start from a filter that has used GNSS; the camera's slow error is unknown."""
         noise = ekf.noise
         P = np.zeros((6, 6))
         P[:5, :5] = ekf.covariance[np.ix_(_IN_EKF, _IN_EKF)]

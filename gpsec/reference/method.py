@@ -73,7 +73,7 @@ class ReferenceMethod:
 
     @property
     def answers(self) -> Answers:
-        """What was found in the last step."""
+        """The results of the last step."""
         return self._answers.now
 
     def track(self, row: int) -> ReferenceTrack:
@@ -85,13 +85,13 @@ class ReferenceMethod:
         self._answers.grow(capacity)
 
     def reset(self, rows: Ints) -> None:
-        """Begin anew in `rows`."""
+        """Reset the track rows `rows`."""
         self._answers.reset(rows)
         for row in rows.tolist():
             self._tracks.pop(row, None)
 
     def copy(self, source: Ints, target: Ints) -> None:
-        """Let the tracks `target` go on from where the tracks `source` are."""
+        """Copy the state of the tracks `source` to the tracks `target`."""
         self._answers.copy(source, target)
         for one, other in zip(source.tolist(), target.tolist(), strict=True):
             self._tracks.pop(other, None)

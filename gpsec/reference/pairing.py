@@ -1,4 +1,4 @@
-"""Which camera sample is compared with which fix, for one track: from a list of where the vehicle has gone."""
+"""Pairs camera samples with fixes for one track, by the vehicle's own odometry."""
 
 from dataclasses import dataclass
 from math import inf
@@ -31,7 +31,7 @@ class Pair:
 
 @dataclass(frozen=True)
 class Residual:
-    """What a comparison gave.
+    """The residual of a pair.
 
     Attributes:
         z_m: d_camera - d_map(fix).
@@ -77,7 +77,7 @@ class Pairing:
         self._last_pair = -inf
 
     def step(self, number: int, sight: Sight) -> Pair | None:
-        """Take in step `number`; return what is to be compared in it."""
+        """Take step `number`; return the pair to compare in it, if there is one."""
         turn = sight.yaw_rate_rps * self._step_s
         self._place_m = self._place_m + arc(sight.heading_rad - turn, sight.speed_mps * self._step_s, turn)
         if self._clock.ticks(number):

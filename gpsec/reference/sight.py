@@ -1,4 +1,4 @@
-"""What one vehicle has from its sensors in one step, under one attack plan."""
+"""The sensor data of one vehicle in one step, under one attack plan."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from gpsec.core.arrays import Floats
 
 @dataclass(frozen=True)
 class Sight:
-    """Plain numbers, None for what is missing.
+    """Sensor data as plain numbers, None for what is missing.
 
     Attributes:
         fix_m: (2,) GNSS position after the attack.

@@ -39,7 +39,7 @@ class TrackDefence:
 
     @property
     def isolated(self) -> bool:
-        """GNSS is not used."""
+        """Whether GNSS is isolated."""
         return self.ukf is not None
 
     @property
@@ -79,7 +79,7 @@ class TrackDefence:
                 self._consider(self.ukf, residual)
 
     def _consider(self, ukf: PositionUkf | LaneUkf, residual: Residual) -> None:
-        """Compare a fix with what the vehicle knows; take GNSS back where it has agreed for long enough."""
+        """Compare a fix with the estimate; re-join once fixes have agreed for long enough."""
         noise, settings, half = self._rules.noise, self._rules.settings, self._rules.step_s / 2.0
         ahead = np.array([cos(ukf.yaw_rad), sin(ukf.yaw_rad)])
         along = float(ahead @ (residual.fix_m - ukf.mean))

@@ -1,1 +1,1 @@
-"""Reports that people look at: one HTML file that holds all of itself."""
+"""The HTML report of a run: one file that loads nothing from elsewhere."""

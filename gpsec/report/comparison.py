@@ -14,7 +14,7 @@ from gpsec.running.results import Results
 
 _KEYS = ["scenario", "vehicle_id", "attack", "defence"]
 _GROUP = ["scenario", "profile", "attack", "defence"]
-# What is compared of an event: column -> how it is called.
+# Columns of an event that are compared -> their titles.
 FIGURES = {
     "left_lane": "share that would have left their lane",
     "rmse_cross_track_m": "RMSE across the lane (m)",

@@ -102,7 +102,7 @@ def _signed(row: dict[Hashable, Any]) -> str:
 
 
 def _unlike(first: Results, second: Results) -> list[str]:
-    """Return in words which settings of the runs differ, and which tables are not as they were written."""
+    """Return sentences on the settings that differ between the runs, and on tables that were changed after the run."""
     said = [f"{run.folder.name}/{name} is {state}" for run in (first, second) for name, state in run.changed.items()]
     others = {stated["scenario"]: stated for stated in second.scenarios}
     for stated in first.scenarios:
@@ -135,7 +135,7 @@ def _flat(value: Any, prefix: str = "") -> dict[str, str]:
 
 
 def _name(part: Any, place: int) -> str:
-    """Return what an item of a list is called: plans and defences by their names, so that order makes no difference."""
+    """Return the key of a list item: the name of a plan or defence, so that order does not matter, or its place."""
     if isinstance(part, dict) and "name" in part:
         return str(part["name"])
     if isinstance(part, dict) and {"detector", "response"} <= set(part):

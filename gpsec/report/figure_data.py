@@ -26,7 +26,7 @@ class Series:
         x, y: values; NaN breaks a line.
         low, high: bounds of `y`, where there are any; x_low, x_high: of `x`.
         colour: number of a colour, `NEUTRAL` for that of the text.
-        where: the choices under which it is shown, such as ``{"group": "town · carla", "attack": "drift"}``.
+        where: the selections under which it is shown, such as ``{"group": "town · carla", "attack": "drift"}``.
         text: of the points.
         mark: Plotly's symbol of points.
 
@@ -48,7 +48,7 @@ class Series:
 
 @dataclass(frozen=True)
 class Figure:
-    """A figure, and what it says where there is nothing to show.
+    """A figure, with the sentence that stands in place of an empty one.
 
     Attributes:
         key: an id.
@@ -73,7 +73,7 @@ class Figure:
 
     @property
     def picks(self) -> dict[str, list[str]]:
-        """Choices of its own (all but group and attack) -> what there is to choose."""
+        """Selectors of this figure, other than group and attack -> their options."""
         found: dict[str, dict[str, None]] = {}
         for series in self.series:
             for name, value in series.where.items():
@@ -82,7 +82,7 @@ class Figure:
         return {name: list(values) for name, values in found.items()}
 
     def plain(self) -> dict[str, Any]:
-        """Return it as JSON takes it."""
+        """Return the figure as plain data for JSON."""
         return {
             "key": self.key,
             "title": self.title,
@@ -134,7 +134,7 @@ def colours(names: Iterable[str], neutral: str = "") -> dict[str, int]:
 
 
 def group_name(scenario: str, profile: str) -> str:
-    """Return how a scenario with a profile is called in the choice of both."""
+    """Return the title of a scenario with a profile, as the report's selector shows it."""
     return f"{scenario} · {profile}"
 
 

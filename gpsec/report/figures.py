@@ -24,7 +24,7 @@ def defences_of(run: Results) -> list[str]:
 
 
 def delays(run: Results) -> Figure:
-    """Return the distribution of detection delays; what is missing at the right end was never seen."""
+    """Return the distribution of detection delays; attacks that were not detected are missing at its right end."""
     colour = colours(detectors_of(run))
     events = run.events.drop_duplicates(["scenario", "vehicle_id", "attack", "detector"])
     series = []

@@ -12,7 +12,7 @@ Record = dict[Hashable, Any]
 
 
 def figure(value: float, *, percent: bool = False) -> str:
-    """Return a number in as many digits as are of use; a dash where it is not defined."""
+    """Return a number with two or three significant digits; a dash where it is undefined."""
     if pd.isna(value):
         return EMPTY
     if percent:
@@ -37,7 +37,7 @@ def interval(row: Any, name: str, *, percent: bool = False) -> str:
 
 
 def seconds(value: float) -> str:
-    """Return a time as people say it."""
+    """Return a time in seconds, or in minutes and seconds from 90 s on."""
     if value < 90.0:
         return f"{value:.3g} s"
     minutes, rest = divmod(round(value), 60)

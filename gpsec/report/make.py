@@ -1,4 +1,4 @@
-"""Writes `report.html` of a run."""
+"""Writes the report of a run, and the page of a single vehicle."""
 
 import re
 from collections.abc import Mapping
@@ -100,7 +100,7 @@ def logged_steps(run: Results, stories: list[Story]) -> dict[str, pd.DataFrame |
 
 
 def _described(stated: dict[str, Any]) -> dict[str, Any]:
-    """Return what the page says of a scenario: what was run, and what was assumed."""
+    """Return the facts that the page lists of a scenario: its settings, plans, notes and cost."""
     given = stated["configuration"]
     steps = stated["steps"] * stated["step_s"]
     plans = [

@@ -23,7 +23,7 @@ _MOST_POINTS = 600
 
 
 def map_figure(run: Results) -> Figure:
-    """Return the map; positions are metres east and north of the middle of the lanes, which serves towns."""
+    """Return the map, in metres east and north of the middle of the lanes; that is exact enough for a town."""
     series: list[Series] = []
     known = {DETECTED: detectors_of(run), LEFT_LANE: defences_of(run)}
     thinned = False
@@ -96,7 +96,7 @@ def _metres(lon_lat_deg: np.ndarray, middle: np.ndarray) -> tuple[np.ndarray, np
 
 
 def _joined(lines: Sequence[Any], middle: np.ndarray) -> tuple[list[float], list[float]]:
-    """Return lines one after the other with gaps between them."""
+    """Return the points of several lines as one, with a gap after each."""
     x: list[float] = []
     y: list[float] = []
     for line in lines:
@@ -110,7 +110,7 @@ PLACES = "places.geojson"
 
 
 def write_places(run: Results, path: Path | None = None) -> Path:
-    """Write lanes, zones and what happened where as one collection (RFC 7946), and return its path."""
+    """Write lanes, zones and places as one GeoJSON collection in WGS84 (RFC 7946); return its path."""
     features: list[dict[str, Any]] = []
     for stated in run.scenarios:
         for feature in run.map(stated["scenario"]):

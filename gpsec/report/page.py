@@ -1,4 +1,4 @@
-"""Puts a page together: one HTML file that needs nothing but itself."""
+"""Renders a page: one HTML file that holds its style, scripts and data."""
 
 import base64
 import gzip
@@ -19,7 +19,7 @@ _ASSETS = files("gpsec.report") / "assets"
 
 
 def render(template: str, data: dict[str, Any], **names: Any) -> str:
-    """Return a page; `data` is what the script of the page gets, `names` what the template does.
+    """Render `template` with `names`; `data` is for the page's script.
 
     Whatever comes from a run is escaped: by the template in HTML, and by the script before Plotly sees it.
     """
@@ -37,17 +37,17 @@ def render(template: str, data: dict[str, Any], **names: Any) -> str:
 
 
 def packed(text: str, level: int = 6) -> str:
-    """Return a text as the script of a page unpacks it: gzip in base64, which no tag can begin or end in."""
+    """Return a text as gzip in base64, which the page's script unpacks; no tag can begin or end in it."""
     return base64.b64encode(gzip.compress(text.encode(), level, mtime=0)).decode()
 
 
 def unpacked(text: str) -> str:
-    """Return what was `packed`."""
+    """Return the text that `packed` was given."""
     return gzip.decompress(base64.b64decode(text)).decode()
 
 
 def write_page(path: Path, text: str) -> None:
-    """Write a page, whole or not at all."""
+    """Write a page; where that fails, the former file stays."""
     with whole(path) as partial:
         partial.write_text(text, encoding="utf-8")
 
@@ -68,7 +68,7 @@ def _asset(name: str) -> Markup:
 
 
 def _plotly() -> str:
-    """Return Plotly's script, packed. That takes a second, so it is kept."""
+    """Return Plotly's script, packed; packing takes a second, so the result is cached."""
     kept = plotly_file()
     found = read(kept)
     if found is not None:

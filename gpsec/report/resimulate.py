@@ -1,4 +1,4 @@
-"""Simulates some vehicles of a run again: a run is a pure function of the scenario in its manifest."""
+"""Simulates vehicles of a run again, from the scenario in its manifest, to obtain steps that were not logged."""
 
 import tempfile
 from collections.abc import Collection, Mapping
@@ -19,7 +19,7 @@ from gpsec.scenario import Scenario
 from gpsec.traffic.config import is_file
 
 _KEYS = ["vehicle_id", "attack", "defence"]
-# Figures of each table by which a vehicle that is simulated again is known.
+# Columns by which the new simulation of a vehicle is compared with the run.
 _COMPARED = {
     "events": ["start_s", "rmse_xy_m"],
     "vehicles": ["depart_s", "arrive_s", "scored_seconds", "alarms", "rmse_xy_m", "max_cross_track_m"],
@@ -27,7 +27,7 @@ _COMPARED = {
 
 
 def simulate(run: Results, wanted: Mapping[str, Collection[str]], tell: Report) -> dict[str, pd.DataFrame | None]:
-    """Return the steps of the `wanted` vehicles of each scenario, which are simulated again with nobody else equipped.
+    """Return the steps of the `wanted` vehicles of each scenario, simulated again with these alone equipped.
 
     Raises:
         GpsecError: the traffic of the run is not there any more, or its vehicles do not do what they did.
@@ -76,7 +76,7 @@ def _scenario(run: Results, name: str, vehicles: Collection[str]) -> Scenario:
 
 
 def _check(run: Results, name: str, vehicles: Collection[str], folder: Path) -> None:
-    """Check that the vehicles did what they did in the run.
+    """Check that the vehicles have the same figures as in the run.
 
     Raises:
         GpsecError: they did not.
@@ -93,7 +93,7 @@ def _check(run: Results, name: str, vehicles: Collection[str], folder: Path) -> 
 
 
 def _rows(table: pd.DataFrame, name: str, vehicles: Collection[str], figures: list[str]) -> pd.DataFrame:
-    """Return what a table says of some vehicles, in an order and of types that do not depend on it."""
+    """Return the compared columns of some vehicles, sorted, with fixed types."""
     mine = table.loc[(table["scenario"] == name) & table["vehicle_id"].isin(list(vehicles)), [*_KEYS, *figures]]
     types = dict.fromkeys(_KEYS, str) | dict.fromkeys(figures, float)
     return mine.astype(types).sort_values(_KEYS, ignore_index=True)

@@ -1,4 +1,4 @@
-"""Which vehicles a report tells the story of."""
+"""Chooses the vehicles that a report traces."""
 
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -41,13 +41,13 @@ class Story:
 
     @property
     def label(self) -> str:
-        """As it is called where one chooses."""
+        """Title in the report's selector."""
         what = "no attack" if self.attack == "none" else self.attack
         return f"{self.why + ': ' if self.why else ''}{self.vehicle_id}, {what}"
 
 
 def reference_defence(run: Results) -> str | None:
-    """Return the defence that lets fewest vehicles leave their lane, bounds left out; None where there is none."""
+    """Return the defence with the fewest vehicles out of their lane, bounds left out; None without a defence."""
     safety = run.safety[run.safety["attack"] != "none"]
     left = safety.groupby("defence", observed=True)["out_of_lane"].sum()
     real = [name for name in left.index if name.partition("+")[0] not in BOUNDS]
@@ -55,7 +55,7 @@ def reference_defence(run: Results) -> str | None:
 
 
 def choose_stories(run: Results) -> list[Story]:
-    """Return, of each scenario and profile, the worst and the median vehicle and the first whose attack was missed.
+    """Return three vehicles of each scenario and profile: the worst, the median and the first missed one.
 
     All are judged by the defence that lets fewest vehicles leave their lane: by the largest error across the lane.
     """

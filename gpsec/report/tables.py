@@ -1,4 +1,4 @@
-"""The tables of a report: the form of the paper's Table I, of its Tables II to IV, and of what it would have meant."""
+"""The tables of a report: detection as in the paper's Table I, localization as in its Tables II to IV, and outcomes."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""The story of one vehicle for the terminal."""
+"""Shows the trace of one vehicle on the terminal."""
 
 from collections.abc import Iterator
 
@@ -17,7 +17,7 @@ _WIDTH = 66
 
 
 def facts(run: Results, story: Story) -> list[tuple[str, dict[str, str]]]:
-    """Return what came of the attack under each defence: (defence, heading -> text)."""
+    """Return the results of the attack under each defence: (defence, heading -> text)."""
     made = []
     for row in story.events.to_dict("records"):
         outcome = row["outcome"].replace("_", " ")
@@ -42,7 +42,7 @@ def facts(run: Results, story: Story) -> list[tuple[str, dict[str, str]]]:
 
 
 def story_parts(run: Results, story: Story, rows: pd.DataFrame) -> Iterator[Text | Table]:
-    """Yield the parts of a story: what happened, what came of it under each defence, and curves of it."""
+    """Yield what `gpsec trace` prints: a title, a table of the defences, and curves."""
     attacked = story.attack != "none"
     what = f"under {story.attack} from {story.start_s:.1f} to {story.end_s:.1f} s" if attacked else "without an attack"
     yield Text(f"{story.vehicle_id} ({story.group}), {what}", style="bold")

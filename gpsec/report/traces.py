@@ -38,7 +38,7 @@ def rows_of(story: Story, steps: pd.DataFrame) -> pd.DataFrame:
 
 
 def _held(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return the rows with what the camera, the residual and the statistics were last, unless that is long ago."""
+    """Return the rows with the last value of camera, residual and statistics carried on, for at most `_HELD_S`."""
     step_s = rows["time_s"].diff().min()
     limit = ceil(_HELD_S / step_s - 1e-6) - 1 if step_s > 0.0 else 0
     if limit < 1:

@@ -1,4 +1,4 @@
-"""What stands at the top of a report: what attacks did, how soon they were seen, what false alarms cost."""
+"""The summary at the top of a report: outcomes, delays and false alarms, in sentences and one table."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ _ALL = 0.995
 
 @dataclass(frozen=True)
 class VerdictCell:
-    """What one defence made of one attack.
+    """The results of one attack under one defence.
 
     Attributes:
         count, of: vehicles that would have left their lane, of those attacked.

@@ -1,4 +1,4 @@
-"""The lists that a scenario gets where it states none."""
+"""Default lists of plans and defences."""
 
 from collections.abc import Mapping
 from typing import Any

@@ -9,7 +9,7 @@ from gpsec.scenario.paths import UNUSABLE, expand, reason
 
 
 class Outside(NamedTuple):
-    """What a user has chosen to load, beside what a scenario file names.
+    """Parts and permissions that the user gives, beside the parts that a scenario file names.
 
     Attributes:
         parts: references; files are relative to the current folder.

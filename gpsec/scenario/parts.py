@@ -32,12 +32,12 @@ _used: dict[str, str] = {}
 
 
 def is_code(reference: str) -> bool:
-    """Return whether loading it runs code."""
+    """Return whether loading a reference runs code."""
     return not reference.endswith(".toml")
 
 
 def relocate(reference: str, move: Callable[[str], str]) -> str:
-    """Return a reference whose file, where it has one, is where `move` says.
+    """Return a reference with the path of its file, if it has one, changed by `move`.
 
     Raises:
         GpsecError: it is none.

@@ -1,4 +1,4 @@
-"""Where things are: the three forms of SCENARIO, and paths that can be moved to another machine."""
+"""Paths: the forms of SCENARIO, and paths that mean the same on another machine."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""How SUMO is run for a scenario."""
+"""SUMO's options for a scenario."""
 
 from gpsec.scenario.model import Scenario
 from gpsec.traffic.options import SumoOptions, resolve_options

@@ -1,4 +1,4 @@
-"""What pydantic finds wrong, as one sentence."""
+"""Turns a validation error of pydantic into one sentence."""
 
 from collections.abc import Iterator
 from types import UnionType
@@ -34,7 +34,7 @@ _BOUNDS = {
 
 
 def sentence(error: ValidationError, model: type[BaseModel], file: str, overrides: list[Override]) -> str:
-    """Return one sentence on the first thing that is wrong: where it was written, which key, what is expected.
+    """Return a sentence on the first error: where the value was written, its key, what was expected and found.
 
     Args:
         error: raised by `model`.
