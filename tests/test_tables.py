@@ -26,6 +26,11 @@ def rows(*numbers: int) -> np.ndarray:
     return np.array(numbers, np.int32)
 
 
+class Both(NamedTuple):
+    pair: Pair = Pair()
+    own: np.ndarray = blank(3.0)
+
+
 def test_a_field_has_the_type_and_the_shape_that_is_declared():
     pair = pairs(3).now
     assert [array.dtype for array in pair] == [np.bool_, np.float64, np.int32, np.uint64]
@@ -65,6 +70,19 @@ def test_copy_is_pair_by_pair_and_deep():
     assert table.now.matrix[:, 0, 0].tolist() == [1.0, 1.0, 0.0, 0.0]
     table.now.matrix[0] = 9.0
     assert table.now.matrix[2, 0, 0] == 0.0
+
+
+def test_a_structure_in_a_structure_is_part_of_its_rows():
+    table = Table(Both, 1, side=2)
+    table.now.pair.matrix[0], table.now.own[0] = 1.0, 1.0
+    table.grow(3)
+    table.copy(rows(0), rows(2))
+    assert table.now.pair.matrix[:, 1, 0].tolist() == [1.0, 7.0, 1.0]
+    assert table.now.own.tolist() == [1.0, 3.0, 1.0]
+    assert table.now.pair.number.tolist() == [-1, -1, -1]
+    table.reset(rows(0))
+    assert table.now.pair.matrix[:, 1, 0].tolist() == [7.0, 7.0, 1.0]
+    assert table.now.own.tolist() == [3.0, 3.0, 1.0]
 
 
 @pytest.mark.parametrize("structure", [Vehicles, Measurements, Tracks, Answers])

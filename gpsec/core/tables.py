@@ -9,10 +9,11 @@ A structure is declared once, as a ``NamedTuple`` of arrays with what a fresh ro
 
     tracks = Table(Tracks, capacity=1, defences=3, states=5)
 
-The table owns the arrays; `Table.now` is the structure itself, for numpy and for kernels alike.
+The table owns the arrays; `Table.now` is the structure itself, for numpy and for kernels alike. A field may be a
+structure too, which several others have in common: ``memory: Memory = Memory()``.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
 from heapq import heappop, heappush
 from typing import Any, Generic, NamedTuple, TypeVar, cast
@@ -62,20 +63,20 @@ class Table(Generic[T]):
         Raises:
             KeyError: a length that the structure names is not given.
         """
-        blanks = (structure._field_defaults[name] for name in structure._fields)
-        self._structure = structure
-        self._fresh = [cast("Blank", declared).row(lengths) for declared in blanks]
-        self.now: T = self._made([row[:0] for row in self._fresh])
+        self._declared = structure(*structure._field_defaults.values())
+        self._fresh = [cast("Blank", declared).row(lengths) for declared in _leaves(self._declared)]
+        self.now: T = _like(self._declared, iter([row[:0] for row in self._fresh]))
         self._capacity = 0
         self.grow(capacity)
-
-    def _made(self, arrays: list[np.ndarray]) -> T:
-        return self._structure._make(arrays)
 
     @property
     def capacity(self) -> int:
         """Number of rows that there is room for."""
         return self._capacity
+
+    def arrays(self) -> Iterator[np.ndarray]:
+        """Yield all arrays, those of structures in the structure, too."""
+        return _leaves(self.now)
 
     def grow(self, capacity: int) -> None:
         """Make room for `capacity` rows; the new ones are fresh."""
@@ -83,24 +84,24 @@ class Table(Generic[T]):
         if old >= capacity:
             return
         arrays = []
-        for array, fresh in zip(self.now, self._fresh, strict=True):
+        for array, fresh in zip(self.arrays(), self._fresh, strict=True):
             # Zeros take no memory until something is written to them.
             grown = np.zeros((capacity, *fresh.shape[1:]), fresh.dtype)
             grown[:old] = array
             if fresh.any():
                 grown[old:] = fresh
             arrays.append(grown)
-        self.now = self._made(arrays)
+        self.now = _like(self._declared, iter(arrays))
         self._capacity = capacity
 
     def reset(self, rows: Ints) -> None:
         """Make `rows` fresh again."""
-        for array, fresh in zip(self.now, self._fresh, strict=True):
+        for array, fresh in zip(self.arrays(), self._fresh, strict=True):
             array[rows] = fresh
 
     def copy(self, source: Ints, target: Ints) -> None:
         """Copy the rows `source` onto the rows `target`, pair by pair."""
-        for array in self.now:
+        for array in self.arrays():
             array[target] = array[source]
 
 
@@ -112,6 +113,20 @@ def taken(structure: T, rows: Ints | Flags) -> T:
 def concatenated(structures: Sequence[T]) -> T:
     """Return the rows of one or more structures of arrays, one after the other."""
     return structures[0]._make(np.concatenate(arrays) for arrays in zip(*structures, strict=True))
+
+
+def _leaves(structure: Any) -> Iterator[Any]:
+    """Yield what the fields of a structure hold, and those of the structures in it."""
+    for value in structure:
+        if isinstance(value, tuple):
+            yield from _leaves(value)
+        else:
+            yield value
+
+
+def _like(structure: Any, values: Iterator[Any]) -> Any:
+    """Return a structure like another one whose fields hold `values`."""
+    return structure._make(_like(value, values) if isinstance(value, tuple) else next(values) for value in structure)
 
 
 class Rows:
