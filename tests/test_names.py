@@ -16,15 +16,9 @@ SAME_ROLE = {"main", "T"}
 
 # To be renamed: each of these still has two meanings. This set only ever shrinks.
 ALLOWED: set[str] = {
-    "BLOCK",
     "GYRO",
     "INTERRUPTED",
-    "MAX_WINDOWS",
-    "PROFILES",
-    "Progress",
-    "Replay",
     "STEPS",
-    "Verdict",
     "check",
     "check_lines",
     "clean",
@@ -34,9 +28,7 @@ ALLOWED: set[str] = {
     "import_",
     "is_finished",
     "keep",
-    "learn",
     "load",
-    "part",
     "predict",
     "record",
     "report",

@@ -44,11 +44,14 @@ _claims: Path | None = None
 class Compiled(Generic[P, R]):
     """A function that becomes machine code when it is first called, by itself or by another one."""
 
-    def __init__(self, function: Callable[P, R], *, keep: bool, allocates: bool = False) -> None:
+    def __init__(
+        self, function: Callable[P, R], *, keep: bool, allocates: bool = False, dissolves: bool = False
+    ) -> None:
         update_wrapper(self, function)
         self._function = function
         self._keep = keep
         self._allocates = allocates
+        self._dissolves = dissolves
         sources.notice(sources.owner(function.__module__))
 
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
@@ -111,7 +114,8 @@ class Compiled(Generic[P, R]):
     @cached_property
     def part(self) -> Any:
         """What numba makes of it for other functions to call: without the way in from Python, which costs as much."""
-        return _numba().njit(no_cfunc_wrapper=True, no_cpython_wrapper=True, **self._options)(self._function)
+        options = {"no_cpython_wrapper": True, "forceinline": self._dissolves, **self._options}
+        return _numba().njit(no_cfunc_wrapper=True, **options)(self._function)
 
     @property
     def _options(self) -> dict[str, Any]:
@@ -234,3 +238,12 @@ def allocating_kernel(function: Callable[P, R]) -> Callable[P, R]:
 def inline(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a small helper that kernels call and the optimiser inlines; its code is kept with theirs."""
     return Compiled(function, keep=False)
+
+
+def always_inline(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile a helper that dissolves in the kernel whatever its size, so that it may take whole structures.
+
+    A call that is left costs as much as a helper does, where structures of some twenty arrays are handed over. For
+    functions that a kernel is made of and calls in one place.
+    """
+    return Compiled(function, keep=False, dissolves=True)

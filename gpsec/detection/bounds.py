@@ -1,12 +1,17 @@
 """The lower and the upper bound of every table."""
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 from gpsec.core.arrays import Flags, Floats, Ints
+from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
-from gpsec.detection.alarm import AlarmState
-from gpsec.detection.base import Detector, LabelledDetector, Observation, Verdict
+from gpsec.detection.base import Detector, LabelledDetector, Observation
+from gpsec.types.answers import Answers
+
+
+class NeverState(NamedTuple):
+    """Nothing."""
 
 
 @dataclass(frozen=True)
@@ -15,23 +20,24 @@ class Never(Detector):
 
     name: ClassVar[str] = "never"
 
-    def new_state(self, capacity: int) -> AlarmState:
-        """Return the state that every detector has."""
-        return AlarmState.empty(capacity)
+    def new_state(self, capacity: int) -> Table[NeverState]:
+        """Return a table that remembers nothing."""
+        return Table(NeverState, capacity)
 
     def update(
         self,
-        state: AlarmState,
-        observation: Observation,
+        state: Any,
+        seen: Observation,
         threshold: Floats,
-        verdict: Verdict,
+        answers: Answers,
+        column: int,
         threads: Threads | None = None,
     ) -> None:
         """Score every valid residual with 0; no alarm, whatever the threshold."""
-        at = observation.rows, verdict.column
-        verdict.statistic[at] = 0.0
-        verdict.scored[at] = observation.valid
-        verdict.alarm[at] = False
+        at = seen.rows, column
+        answers.statistic[at] = 0.0
+        answers.scored[at] = seen.valid
+        answers.alarm[at] = False
 
 
 @dataclass(frozen=True)
@@ -40,9 +46,9 @@ class Oracle(LabelledDetector):
 
     name: ClassVar[str] = "oracle"
 
-    def update(self, rows: Ints, attacked: Flags, verdict: Verdict) -> None:
+    def update(self, rows: Ints, attacked: Flags, answers: Answers, column: int) -> None:
         """Score 1 under attack, else 0; every row is scored."""
-        at = rows, verdict.column
-        verdict.statistic[at] = attacked
-        verdict.scored[at] = True
-        verdict.alarm[at] = attacked
+        at = rows, column
+        answers.statistic[at] = attacked
+        answers.scored[at] = True
+        answers.alarm[at] = attacked

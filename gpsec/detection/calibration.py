@@ -6,10 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from gpsec.core.arrays import Flags, Floats
+from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
-from gpsec.detection.base import Detector, Verdict
-from gpsec.detection.learned import Progress, silent
+from gpsec.detection.base import Detector
+from gpsec.detection.learned import OnStage, silent
 from gpsec.detection.logs import Grid, ResidualLog
+from gpsec.types.answers import Answers
 
 
 @dataclass(frozen=True)
@@ -42,7 +44,7 @@ class Calibrated:
 
 
 @dataclass(frozen=True)
-class Replay:
+class ReplayCounts:
     """What a detector did on a grid of V vehicles; only settled samples count, but for the peak.
 
     Attributes:
@@ -65,11 +67,13 @@ class Replay:
         return float(rate.value * (self.hours if rate.per_hour else self.scored))
 
 
-def replay(detector: Detector, grid: Grid, threshold: float, settle_s: float, threads: Threads | None = None) -> Replay:
+def replay(
+    detector: Detector, grid: Grid, threshold: float, settle_s: float, threads: Threads | None = None
+) -> ReplayCounts:
     """Run a detector over a grid exactly as in the loop."""
     vehicles = len(grid.length)
-    state = detector.new_state(vehicles)
-    verdict = Verdict.blank(vehicles)
+    state = detector.new_state(vehicles).now
+    answers = Table(Answers, vehicles, detectors=1, defences=0).now
     before: Flags = np.zeros(vehicles, np.bool_)
     peak = np.zeros(vehicles)
     settle_steps = round(settle_s / grid.step_s)
@@ -78,8 +82,8 @@ def replay(detector: Detector, grid: Grid, threshold: float, settle_s: float, th
     for step in range(len(grid.valid)):
         observation = grid.observe(step)
         m = len(observation.rows)
-        detector.update(state, observation, np.full(m, threshold), verdict, threads)
-        statistic, hit, alarm = verdict.at(observation.rows)
+        detector.update(state, observation, np.full(m, threshold), answers, 0, threads)
+        statistic, hit, alarm = answers.statistic[:m, 0], answers.scored[:m, 0], answers.alarm[:m, 0]
         np.maximum(peak[:m], statistic, out=peak[:m])
         if step >= settle_steps:
             samples += m
@@ -88,14 +92,14 @@ def replay(detector: Detector, grid: Grid, threshold: float, settle_s: float, th
             values.append(statistic[hit])
         before[:m] = alarm
     scores = np.concatenate(values)
-    return Replay(len(scores), alarmed, onsets, samples * grid.step_s / 3600.0, scores, peak)
+    return ReplayCounts(len(scores), alarmed, onsets, samples * grid.step_s / 3600.0, scores, peak)
 
 
 def calibrate(
     detector: Detector,
     logs: Sequence[ResidualLog],
     settle_s: float = 10.0,
-    progress: Progress = silent,
+    progress: OnStage = silent,
     threads: Threads | None = None,
 ) -> dict[str, Calibrated | None]:
     """Return the threshold for each of `RATES`, None where there is too little data to tell.
@@ -145,7 +149,7 @@ class _Search:
         self.finished = False
 
     @classmethod
-    def start(cls, rate: Rate, values: Floats, opened: Replay) -> "_Search":
+    def start(cls, rate: Rate, values: Floats, opened: ReplayCounts) -> "_Search":
         # An onset lasts for some samples; five is only a guess to begin with.
         share = 5.0 * opened.expected(rate) / opened.scored if rate.per_hour else rate.value
         wanted = float(np.quantile(opened.statistic, max(0.0, 1.0 - share)))

@@ -1,54 +1,38 @@
 """Chi-square test of the residual."""
 
 from dataclasses import dataclass
-from typing import ClassVar, Self, cast
-
-import numpy as np
+from typing import ClassVar, NamedTuple
 
 from gpsec.core.arrays import Floats, Ints
-from gpsec.core.kernels import kernel
-from gpsec.detection.alarm import Alarms, AlarmState, blank_alarm, decide, gap_before, hold
-from gpsec.detection.base import KernelDetector, Observation
+from gpsec.core.kernels import always_inline
+from gpsec.core.tables import Table, blank
+from gpsec.detection.base import Observation
+from gpsec.detection.families import NOT_YET, KernelDetector, each_residual
 from gpsec.detection.ring import mean, push
 
 
-@dataclass
-class ChiSquareState(AlarmState):
-    """Attributes beside those of `AlarmState`.
+class ChiSquareState(NamedTuple):
+    """M rows.
 
-    square: (M, n) ring of the last squared normalised residuals.
-    count: (M,) how many of them have been seen.
+    Attributes:
+        square: (M, n) ring of the last squared normalised residuals.
+        counted: (M,) how many of them have been seen.
     """
 
-    square: Floats
-    count: Ints
-
-    @classmethod
-    def empty(cls, capacity: int, window: int = 1) -> Self:
-        """Return `capacity` rows that have seen nothing."""
-        return cls(
-            **blank_alarm(capacity),
-            square=np.zeros((capacity, window)),
-            count=np.zeros(capacity, np.int32),
-        )
+    square: Floats = blank(0.0, "window")
+    counted: Ints = blank(0)
 
 
-@kernel
-def _update(part: Ints, seen: Observation, threshold: Floats, alarms: Alarms, square: Floats, count: Ints) -> None:
-    for i in part:
-        row = seen.rows[i]
-        full = False
-        if seen.valid[i]:
-            if gap_before(alarms, row):
-                count[row] = 0
-            z = seen.residual_m[i] / seen.scale_m[i]
-            full = push(square, count, row, z * z)
-        else:
-            alarms.since_valid[row] += 1
-        if full:
-            decide(alarms, row, mean(square, row), threshold[i])
-        else:
-            hold(alarms, row)
+@always_inline
+def _forget(state: ChiSquareState, row: int, alarm: bool) -> None:
+    state.counted[row] = 0
+
+
+@always_inline
+def _score(state: ChiSquareState, seen: Observation, i: int, settings: tuple[()], alarm: bool) -> float:
+    row = seen.rows[i]
+    z = seen.residual_m[i] / seen.scale_m[i]
+    return mean(state.square, row) if push(state.square, state.counted, row, z * z) else NOT_YET
 
 
 @dataclass(frozen=True)
@@ -62,14 +46,9 @@ class ChiSquare(KernelDetector):
     """
 
     name: ClassVar[str] = "chi_square"
-    kernel = _update
+    kernel = each_residual(_forget, _score)
     window: int = 2
 
-    def new_state(self, capacity: int) -> ChiSquareState:
-        """Return the detector's arrays for `capacity` rows."""
-        return ChiSquareState.empty(capacity, self.window)
-
-    def arguments(self, state: AlarmState) -> tuple[object, ...]:
-        """Return what the kernel needs beside the observation."""
-        own = cast("ChiSquareState", state)
-        return own.square, own.count
+    def new_state(self, capacity: int) -> Table[ChiSquareState]:
+        """Return empty windows for `capacity` rows."""
+        return Table(ChiSquareState, capacity, window=self.window)

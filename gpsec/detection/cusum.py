@@ -4,58 +4,47 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import exp, sqrt
-from typing import ClassVar, NamedTuple, Self, cast
+from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
 
-from gpsec.core.arrays import Floats, Ints
-from gpsec.core.kernels import inline, kernel
-from gpsec.detection.alarm import Alarms, AlarmState, blank_alarm, decide, gap_before, hold
-from gpsec.detection.base import KernelDetector, Observation
+from gpsec.core.arrays import Floats
+from gpsec.core.kernels import always_inline, inline
+from gpsec.core.tables import Table, blank
+from gpsec.detection.base import Observation
+from gpsec.detection.families import KernelDetector, each_residual
 from gpsec.detection.learned import Learned, scalars
 
 
-@dataclass
-class CusumState(AlarmState):
-    """Attributes beside those of `AlarmState`.
+class CusumState(NamedTuple):
+    """M rows.
 
-    level: (M,) estimate of the slow part of the normalised residual.
-    variance: (M,) of that estimate, relative to its stationary variance.
-    up, down: (M,) sums of positive and of negative innovations.
+    Attributes:
+        level: (M,) estimate of the slow part of the normalised residual.
+        variance: (M,) of that estimate, relative to its stationary variance.
+        up, down: (M,) sums of positive and of negative innovations.
     """
 
-    level: Floats
-    variance: Floats
-    up: Floats
-    down: Floats
-
-    @classmethod
-    def empty(cls, capacity: int) -> Self:
-        """Return `capacity` rows that have seen nothing."""
-        return cls(
-            **blank_alarm(capacity),
-            level=np.zeros(capacity),
-            variance=np.ones(capacity),
-            up=np.zeros(capacity),
-            down=np.zeros(capacity),
-        )
+    level: Floats = blank(0.0)
+    variance: Floats = blank(1.0)
+    up: Floats = blank(0.0)
+    down: Floats = blank(0.0)
 
 
 @inline
-def innovate(
-    z: float, decay: float, white: float, slow: float, level: float, variance: float
-) -> tuple[float, float, float, float, float]:
-    """Return (predicted level, its relative variance, innovation, its variance, gain) of the scalar Kalman filter.
+def decayed(decay: float, level: float, variance: float) -> tuple[float, float]:
+    """Return the level, which decays by `decay` since the last sample, and its variance, relative to slow²."""
+    return decay * level, decay * decay * variance + (1.0 - decay * decay)
 
-    The level decays by `decay` since the last sample; `variance` is relative to the stationary slow².
-    """
-    level = decay * level
-    variance = decay * decay * variance + (1.0 - decay * decay)
+
+@inline
+def spread_and_gain(white: float, slow: float, variance: float) -> tuple[float, float]:
+    """Return the variance of the innovation and the gain of the scalar Kalman filter, for a predicted variance."""
     spread = slow * slow * variance + white * white
-    return level, variance, z - level, spread, slow * slow * variance / spread
+    return spread, slow * slow * variance / spread
 
 
-class Settings(NamedTuple):
+class CusumSettings(NamedTuple):
     """The numbers of a `Cusum`; (P,) arrays for P profiles."""
 
     white: Floats
@@ -68,51 +57,42 @@ class Settings(NamedTuple):
     margin: float
 
 
-@kernel
-def _update(
-    part: Ints,
-    seen: Observation,
-    threshold: Floats,
-    alarms: Alarms,
-    settings: Settings,
-    level: Floats,
-    variance: Floats,
-    up: Floats,
-    down: Floats,
+@always_inline
+def _forget(state: CusumState, row: int, alarm: bool) -> None:
+    state.level[row], state.variance[row] = 0.0, 1.0
+    # An alarm that is held over the gap goes on until ordinary samples end it.
+    if not alarm:
+        state.up[row], state.down[row] = 0.0, 0.0
+
+
+@always_inline
+def _score(state: CusumState, seen: Observation, i: int, settings: CusumSettings, alarm: bool) -> float:
+    row, p = seen.rows[i], seen.profile[i]
+    decay = exp(-(seen.elapsed_steps[i] * seen.step_s) / settings.tau_s[p])
+    z = seen.residual_m[i] / seen.scale_m[i]
+    state.level[row], state.variance[row] = decayed(decay, state.level[row], state.variance[row])
+    spread, _ = spread_and_gain(settings.white[p], settings.slow[p], state.variance[row])
+    e = min(max((z - state.level[row]) / sqrt(spread), -settings.clip), settings.clip)
+    state.up[row] = max(0.0, state.up[row] + e - settings.slack)
+    state.down[row] = max(0.0, state.down[row] - e - settings.slack)
+    return float(max(state.up[row], state.down[row]))
+
+
+@always_inline
+def _remember(
+    state: CusumState, seen: Observation, i: int, settings: CusumSettings, threshold: float, alarm: bool
 ) -> None:
-    known_s, known, decay = -1.0, -1, 0.0
-    for i in part:
-        row = seen.rows[i]
-        if not seen.valid[i]:
-            alarms.since_valid[row] += 1
-            hold(alarms, row)
-            continue
-        p = seen.profile[i]
-        white, slow = settings.white[p], settings.slow[p]
-        elapsed_s = (alarms.since_valid[row] + 1) * seen.step_s
-        if gap_before(alarms, row):
-            level[row], variance[row] = 0.0, 1.0
-            # An alarm that is held over the gap goes on until ordinary samples end it.
-            if not alarms.alarm[row]:
-                up[row], down[row] = 0.0, 0.0
-        z = seen.residual_m[i] / seen.scale_m[i]
-        if elapsed_s != known_s or p != known:  # as a rule, one step has passed
-            known_s, known, decay = elapsed_s, p, exp(-elapsed_s / settings.tau_s[p])
-        predicted, spread, innovation, innovation_variance, gain = innovate(
-            z, decay, white, slow, level[row], variance[row]
-        )
-        e = min(max(innovation / sqrt(innovation_variance), -settings.clip), settings.clip)
-        plus = max(0.0, up[row] + e - settings.slack)
-        minus = max(0.0, down[row] - e - settings.slack)
-        decide(alarms, row, max(plus, minus), threshold[i])
-        cap = threshold[i] + settings.margin * settings.slack
-        up[row], down[row] = min(plus, cap), min(minus, cap)
-        if alarms.alarm[row] and abs(z) > settings.plausible * sqrt(white * white + slow * slow):
-            level[row], variance[row] = predicted, spread
-        else:
-            bound = settings.reach * slow
-            level[row] = min(max(predicted + gain * innovation, -bound), bound)
-            variance[row] = (1.0 - gain) * spread
+    row, p = seen.rows[i], seen.profile[i]
+    white, slow = settings.white[p], settings.slow[p]
+    cap = threshold + settings.margin * settings.slack
+    state.up[row], state.down[row] = min(state.up[row], cap), min(state.down[row], cap)
+    z = seen.residual_m[i] / seen.scale_m[i]
+    if alarm and abs(z) > settings.plausible * sqrt(white * white + slow * slow):
+        return
+    _, gain = spread_and_gain(white, slow, state.variance[row])
+    bound = settings.reach * slow
+    state.level[row] = min(max(state.level[row] + gain * (z - state.level[row]), -bound), bound)
+    state.variance[row] *= 1.0 - gain
 
 
 @dataclass(frozen=True)
@@ -142,7 +122,7 @@ class Cusum(KernelDetector):
     """
 
     name: ClassVar[str] = "cusum"
-    kernel = _update
+    kernel = each_residual(_forget, _score, _remember)
     white: tuple[float, ...]
     slow: tuple[float, ...]
     tau_s: tuple[float, ...]
@@ -157,25 +137,12 @@ class Cusum(KernelDetector):
         """Return the detector for profiles in the order of `learned`."""
         return cls(white=scalars(learned, "white"), slow=scalars(learned, "slow"), tau_s=scalars(learned, "tau_s"))
 
-    def new_state(self, capacity: int) -> CusumState:
-        """Return the detector's arrays for `capacity` rows."""
-        return CusumState.empty(capacity)
+    def new_state(self, capacity: int) -> Table[CusumState]:
+        """Return sums of 0 for `capacity` rows, whose slow part is not known."""
+        return Table(CusumState, capacity)
 
     @cached_property
-    def settings(self) -> Settings:
+    def settings(self) -> CusumSettings:
         """The numbers as the kernel reads them."""
-        return Settings(
-            np.asarray(self.white),
-            np.asarray(self.slow),
-            np.asarray(self.tau_s),
-            self.slack,
-            self.clip,
-            self.reach,
-            self.plausible,
-            self.margin,
-        )
-
-    def arguments(self, state: AlarmState) -> tuple[object, ...]:
-        """Return what the kernel needs beside the observation."""
-        own = cast("CusumState", state)
-        return self.settings, own.level, own.variance, own.up, own.down
+        profiles = (np.asarray(self.white), np.asarray(self.slow), np.asarray(self.tau_s))
+        return CusumSettings(*profiles, self.slack, self.clip, self.reach, self.plausible, self.margin)

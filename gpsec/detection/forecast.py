@@ -3,17 +3,18 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from gpsec.core.arrays import Flags, Floats32, Ints
+from gpsec.core.arrays import Floats32, Ints
 from gpsec.core.errors import GpsecError
-from gpsec.core.kernels import inline
-from gpsec.detection.alarm import Alarms, AlarmState, blank_alarm, gap_before, hold
-from gpsec.detection.base import KernelDetector, Observation
-from gpsec.detection.learned import Learned, part
-from gpsec.detection.lstm_cell import GATES, HIDDEN, INPUTS, OUTPUTS, Network, Step, for_falling, predict
+from gpsec.core.kernels import allocating_kernel, always_inline, inline
+from gpsec.core.tables import blank
+from gpsec.detection.base import Observation
+from gpsec.detection.families import KernelDetector
+from gpsec.detection.learned import Learned, array_of
+from gpsec.detection.lstm_cell import CELL_BLOCK, GATES, HIDDEN, INPUTS, OUTPUTS, Network, Step, for_falling, take_step
 
 # The network sees the residual up to this many scales: what it may take for a slow error of GNSS is bounded, so a
 # spoofed fix that drifts away slowly outruns it.
@@ -23,115 +24,94 @@ CLIP = 1.5
 DELAY = 20
 
 
-@dataclass
-class ForecastState(AlarmState):
-    """Attributes beside those of `AlarmState`.
+class ForecastState(NamedTuple):
+    """What the network and what it is told remember of M rows; a detector that asks it adds its own.
 
-    hidden, cell: (M, H) of the network.
-    queue: (M, D) ring of the residuals that it is still to be told.
-    at: (M,) where the oldest of them is.
-    distrust: (M,) samples for which a large residual is still not believed.
+    Attributes:
+        hidden, cell: (M, H) of the network.
+        queue: (M, D) ring of the residuals that it is still to be told.
+        at: (M,) where the oldest of them is.
+        distrust: (M,) samples for which a large residual is still not believed.
     """
 
-    hidden: Floats32
-    cell: Floats32
-    queue: Floats32
-    at: Ints
-    distrust: Ints
-
-    @classmethod
-    def empty(cls, capacity: int) -> Self:
-        """Return `capacity` rows that have seen nothing."""
-        return cls(**blank_forecast(capacity))
-
-    @property
-    def memory(self) -> "Memory":
-        """The arrays as a kernel takes them."""
-        return Memory(self.hidden, self.cell, self.queue, self.at, self.distrust)
+    hidden: Floats32 = blank(np.float32(0.0), HIDDEN)
+    cell: Floats32 = blank(np.float32(0.0), HIDDEN)
+    queue: Floats32 = blank(np.float32(0.0), DELAY)
+    at: Ints = blank(0)
+    distrust: Ints = blank(0)
 
 
-def blank_forecast(capacity: int) -> dict[str, np.ndarray]:
-    """Return the fields of `ForecastState` for `capacity` rows, for the constructor of a subclass."""
-    return {
-        **blank_alarm(capacity),
-        "hidden": np.zeros((capacity, HIDDEN), np.float32),
-        "cell": np.zeros((capacity, HIDDEN), np.float32),
-        "queue": np.zeros((capacity, DELAY), np.float32),
-        "at": np.zeros(capacity, np.int32),
-        "distrust": np.zeros(capacity, np.int32),
-    }
+class ForecastSettings(NamedTuple):
+    """What all detectors that ask the network are set to.
 
+    Attributes:
+        network: the weights.
+        distrust, plausible: see `Forecaster`.
+    """
 
-class Memory(NamedTuple):
-    """The arrays of `ForecastState` that are the network's."""
-
-    hidden: Floats32
-    cell: Floats32
-    queue: Floats32
-    at: Ints
-    distrust: Ints
-
-
-class Doubts(NamedTuple):
-    """What a `Forecaster` does not believe."""
-
+    network: Network
     distrust: int
     plausible: float
 
 
-@inline
-def admit(block: Ints, seen: Observation, alarms: Alarms, memory: Memory, due: Flags, anew: Flags) -> None:
-    """Set which observations of a block are due for a score, and which of these begin anew after a gap."""
-    for n in range(len(block)):
-        i = block[n]
-        row = seen.rows[i]
-        due[n] = seen.valid[i]
-        anew[n] = False
-        if not due[n]:
-            alarms.since_valid[row] += 1
-            hold(alarms, row)
-        elif gap_before(alarms, row):
-            anew[n] = True
-            for j in range(HIDDEN):
-                memory.hidden[row, j] = 0.0
-                memory.cell[row, j] = 0.0
-            for j in range(DELAY):
-                memory.queue[row, j] = 0.0
-            # The alarm may still be held; the next score decides whether it is trusted again.
-            memory.distrust[row] = 0
+@allocating_kernel
+def workspace() -> Step:
+    """Return the arrays that a block of rows takes a step in."""
+    return Step(
+        np.empty(CELL_BLOCK, np.int32),
+        np.empty((CELL_BLOCK, len(INPUTS) + HIDDEN), np.float32),
+        np.empty((CELL_BLOCK, GATES), np.float32),
+        np.empty((CELL_BLOCK, HIDDEN), np.float32),
+        np.empty((CELL_BLOCK, OUTPUTS), np.float32),
+    )
 
 
-@inline
-def foresee(
-    chosen: Ints, ready: int, seen: Observation, network: Network, profile: int, memory: Memory, step: Step
-) -> None:
-    """Let the network say what it expects of the first `ready` of the chosen observations, all of one profile."""
-    for n in range(ready):
+@always_inline
+def foresee(chosen: Ints, count: int, state: Any, seen: Observation, settings: Any, profile: int, work: Step) -> None:
+    """Let the network say what it expects of the first `count` of the chosen observations, all of one profile.
+
+    `state` and `settings` are those of a detector, whose fields `forecast` are `ForecastState` and `ForecastSettings`.
+    """
+    forecast = state.forecast
+    for n in range(count):
         i = chosen[n]
         row = seen.rows[i]
-        step.row[n] = row
+        work.row[n] = row
         # Each of the order of 1.
-        step.inputs[n, 0] = min(max(memory.queue[row, memory.at[row]], -CLIP), CLIP)
-        step.inputs[n, 1] = min(max(40.0 * seen.curvature_per_m[i], -4.0), 4.0)
-        step.inputs[n, 2] = min(0.05 * seen.speed_mps[i], 4.0)
-        step.inputs[n, 3] = min(seen.camera_sigma_m[i] / seen.scale_m[i], 4.0)
-    predict(step, ready, network, profile, memory.hidden, memory.cell)
+        work.inputs[n, 0] = min(max(forecast.queue[row, forecast.at[row]], -CLIP), CLIP)
+        work.inputs[n, 1] = min(max(40.0 * seen.curvature_per_m[i], -4.0), 4.0)
+        work.inputs[n, 2] = min(0.05 * seen.speed_mps[i], 4.0)
+        work.inputs[n, 3] = min(seen.camera_sigma_m[i] / seen.scale_m[i], 4.0)
+    take_step(work, count, settings.forecast.network, profile, forecast.hidden, forecast.cell)
 
 
 @inline
-def remember(memory: Memory, row: int, z: float, prediction: float, alarm: bool, doubts: Doubts) -> None:
+def forget(forecast: ForecastState, row: int) -> None:
+    """Begin anew; of the alarm that may still be held, the next score decides whether the residual is trusted again."""
+    for j in range(HIDDEN):
+        forecast.hidden[row, j] = 0.0
+        forecast.cell[row, j] = 0.0
+    for j in range(DELAY):
+        forecast.queue[row, j] = 0.0
+    forecast.distrust[row] = 0
+
+
+@inline
+def remember(
+    forecast: ForecastState, row: int, z: float, prediction: float, settings: ForecastSettings, alarm: bool
+) -> None:
     """Queue the normalised residual for the network, or the prediction where the residual is not believed."""
     believed = z
     if alarm:
-        memory.distrust[row] = doubts.distrust
-    if memory.distrust[row] > 0:
-        if abs(z) > max(abs(prediction), doubts.plausible):
+        forecast.distrust[row] = settings.distrust
+    if forecast.distrust[row] > 0:
+        if abs(z) > max(abs(prediction), settings.plausible):
             believed = prediction
         if not alarm:
-            memory.distrust[row] -= 1
-    at = memory.at[row]
-    memory.queue[row, at] = min(max(believed, -CLIP), CLIP)
-    memory.at[row] = at + 1 if at + 1 < DELAY else 0
+            forecast.distrust[row] -= 1
+    at = forecast.at[row]
+    forecast.queue[row, at] = min(max(believed, -CLIP), CLIP)
+    forecast.at[row] = at + 1 if at + 1 < DELAY else 0
 
 
 @dataclass(frozen=True)
@@ -158,21 +138,20 @@ class Forecaster(KernelDetector):
     def from_learned(cls, learned: Sequence[Learned]) -> Self:
         """Return the detector for profiles in the order of `learned`."""
         detector = cls(tuple(learned))
-        _ = detector.network
+        _ = detector.forecast
         return detector
 
-    @property
-    def doubts(self) -> Doubts:
-        """What is not believed, as a kernel reads it."""
-        return Doubts(self.distrust, self.plausible)
-
     @cached_property
-    def network(self) -> Network:
-        """The weights of all profiles.
+    def forecast(self) -> ForecastSettings:
+        """The network and what it is told, as kernels read them.
 
         Raises:
             GpsecError: an array is missing or damaged.
         """
+        return ForecastSettings(self._network(), self.distrust, self.plausible)
+
+    def _network(self) -> Network:
+        """Return the weights of all profiles."""
         shapes = {
             "weight": (len(INPUTS) + HIDDEN, GATES),
             "bias": (GATES,),
@@ -181,7 +160,7 @@ class Forecaster(KernelDetector):
         }
         stacks = []
         for key, shape in shapes.items():
-            arrays = [part(one, key, np.float32, len(shape)) for one in self.learned]
+            arrays = [array_of(one, key, np.float32, len(shape)) for one in self.learned]
             for array in arrays:
                 if array.shape != shape:
                     raise GpsecError(f"model array '{key}' of the LSTM: expected shape {shape}, found {array.shape}")

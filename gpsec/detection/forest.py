@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from gpsec.core.arrays import Floats, Floats32, Ints, Longs
 from gpsec.core.errors import GpsecError
 from gpsec.core.kernels import allocating_kernel, inline
-from gpsec.detection.learned import Learned, part
+from gpsec.detection.learned import Learned, array_of
 
 # Rows that go through a tree side by side. It stays in the fastest cache meanwhile, and no row waits for another: a
 # processor can foresee neither a branch nor the next node, but it can look up many of them at once.
-BLOCK = 1024
+TREE_BLOCK = 1024
 # Trees are stored with all nodes down to the deepest leaf. Training makes none deeper than 10.
 DEEPEST = 12
 # Room for the features of a row; a power of two makes it cheap to find them.
@@ -42,12 +42,12 @@ class Forest(NamedTuple):
 
 
 class Walkers(NamedTuple):
-    """Up to `BLOCK` rows on their way through a forest.
+    """Up to `TREE_BLOCK` rows on their way through a forest.
 
     Attributes:
-        features: (BLOCK, WIDTH) of which the forest asks for F.
-        node: (BLOCK,) where they are.
-        score: (BLOCK,) path lengths of the trees so far, and in the end the scores.
+        features: (TREE_BLOCK, WIDTH) of which the forest asks for F.
+        node: (TREE_BLOCK,) where they are.
+        score: (TREE_BLOCK,) path lengths of the trees so far, and in the end the scores.
     """
 
     features: Floats32
@@ -95,9 +95,9 @@ def join(learned: Sequence[Learned], features: int) -> Forest:
 
 
 def _read(learned: Learned, features: int) -> _Trees:
-    root, samples = part(learned, "root", np.int32, 1), part(learned, "samples", np.int32, 0)
-    feature, child = part(learned, "feature", np.int32, 1), part(learned, "child", np.int32, 1)
-    threshold, count = part(learned, "threshold", np.float32, 1), part(learned, "count", np.int32, 1)
+    root, samples = array_of(learned, "root", np.int32, 1), array_of(learned, "samples", np.int32, 0)
+    feature, child = array_of(learned, "feature", np.int32, 1), array_of(learned, "child", np.int32, 1)
+    threshold, count = array_of(learned, "threshold", np.float32, 1), array_of(learned, "count", np.int32, 1)
     depth = _depths(root, feature, child, (threshold, count), features)
     _check_counts(root, np.flatnonzero(feature >= 0), child.astype(np.int64), count.astype(np.int64), int(samples))
     path = depth + average_path(count.astype(np.float64))
@@ -178,9 +178,9 @@ def walk(forest: Forest, profile: int, walkers: Walkers, count: int) -> None:
 def score(forest: Forest, profile: int, features: Floats32) -> Floats:
     """Return the anomaly scores of (n, F) vectors of features: the negative of scikit-learn's `score_samples`."""
     scores = np.empty(len(features))
-    block = Walkers(np.empty((BLOCK, WIDTH), np.float32), np.empty(BLOCK, np.uint32), np.empty(BLOCK))
-    for start in range(0, len(features), BLOCK):
-        count = min(BLOCK, len(features) - start)
+    block = Walkers(np.empty((TREE_BLOCK, WIDTH), np.float32), np.empty(TREE_BLOCK, np.uint32), np.empty(TREE_BLOCK))
+    for start in range(0, len(features), TREE_BLOCK):
+        count = min(TREE_BLOCK, len(features) - start)
         block.features[:count, : features.shape[1]] = features[start : start + count]
         walk(forest, profile, block, count)
         scores[start : start + count] = block.score[:count]

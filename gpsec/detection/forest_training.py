@@ -9,16 +9,16 @@ from gpsec.core.arrays import Floats, Floats32, Ints, Longs
 from gpsec.core.kernels import allocating_kernel
 from gpsec.detection.alarm import GAP_S, steps_in
 from gpsec.detection.isolation_forest import FEATURES, WINDOW, describe
-from gpsec.detection.learned import Learned, Progress, silent
+from gpsec.detection.learned import Learned, OnStage, silent
 from gpsec.detection.logs import Grid, ResidualLog, sessions
 from gpsec.detection.ring import push
 
 TREES = 32
 SAMPLES = 1024
-MAX_WINDOWS = 200_000
+MAX_FOREST_WINDOWS = 200_000
 
 
-def learn(logs: Sequence[ResidualLog], seed: int, progress: Progress = silent) -> Learned:
+def learn_forest(logs: Sequence[ResidualLog], seed: int, progress: OnStage = silent) -> Learned:
     """Return the arrays of a forest that was fitted to benign windows; see `forest.join`."""
     progress("training isolation_forest", 0, 1)
     fitted = fit(windows(Grid.of(logs)), seed)
@@ -47,9 +47,9 @@ def _describe_all(residual: Floats) -> Floats32:
 
 
 def fit(features: Floats32, seed: int) -> SklearnForest:
-    """Return scikit-learn's forest on at most `MAX_WINDOWS` of the (n, F) windows."""
-    if len(features) > MAX_WINDOWS:
-        features = features[np.random.default_rng(seed).choice(len(features), MAX_WINDOWS, replace=False)]
+    """Return scikit-learn's forest on at most `MAX_FOREST_WINDOWS` of the (n, F) windows."""
+    if len(features) > MAX_FOREST_WINDOWS:
+        features = features[np.random.default_rng(seed).choice(len(features), MAX_FOREST_WINDOWS, replace=False)]
     forest = SklearnForest(n_estimators=TREES, max_samples=min(SAMPLES, len(features)), random_state=seed, n_jobs=1)
     return forest.fit(features)
 

@@ -3,16 +3,16 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar, Self, cast
+from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
 
 from gpsec.core.arrays import Floats, Floats32, Ints
-from gpsec.core.kernels import allocating_kernel, inline
-from gpsec.detection.alarm import Alarms, AlarmState, blank_alarm, decide, gap_before, hold
-from gpsec.detection.base import KernelDetector, Observation
-from gpsec.detection.blocks import choose
-from gpsec.detection.forest import BLOCK, WIDTH, Forest, Walkers, join, walk
+from gpsec.core.kernels import allocating_kernel, always_inline, inline
+from gpsec.core.tables import Table, blank
+from gpsec.detection.base import Observation
+from gpsec.detection.families import NOT_YET, KernelDetector, each_block
+from gpsec.detection.forest import TREE_BLOCK, WIDTH, Forest, Walkers, join, walk
 from gpsec.detection.learned import Learned
 from gpsec.detection.ring import push
 
@@ -23,25 +23,16 @@ FEATURES = (*(f"residual {age} samples ago" for age in reversed(range(WINDOW))),
 _LIMIT = 1e6
 
 
-@dataclass
-class IsolationForestState(AlarmState):
-    """Attributes beside those of `AlarmState`.
+class IsolationForestState(NamedTuple):
+    """M rows.
 
-    window: (M, w) ring of the last normalised residuals.
-    count: (M,) how many of them have been seen.
+    Attributes:
+        window: (M, w) ring of the last normalised residuals.
+        counted: (M,) how many of them have been seen.
     """
 
-    window: Floats
-    count: Ints
-
-    @classmethod
-    def empty(cls, capacity: int) -> Self:
-        """Return `capacity` rows that have seen nothing."""
-        return cls(
-            **blank_alarm(capacity),
-            window=np.zeros((capacity, WINDOW)),
-            count=np.zeros(capacity, np.int32),
-        )
+    window: Floats = blank(0.0, WINDOW)
+    counted: Ints = blank(0)
 
 
 @inline
@@ -58,34 +49,52 @@ def describe(window: Floats, count: Ints, row: int, features: Floats32, n: int) 
 
 
 @allocating_kernel
-def _update(
-    part: Ints, seen: Observation, threshold: Floats, alarms: Alarms, forest: Forest, window: Floats, count: Ints
+def _workspace() -> Walkers:
+    return Walkers(np.empty((TREE_BLOCK, WIDTH), np.float32), np.empty(TREE_BLOCK, np.uint32), np.empty(TREE_BLOCK))
+
+
+@always_inline
+def _evaluate(
+    chosen: Ints,
+    count: int,
+    state: IsolationForestState,
+    seen: Observation,
+    settings: Forest,
+    profile: int,
+    work: Walkers,
 ) -> None:
-    full = np.empty(BLOCK, np.bool_)
-    chosen = np.empty(BLOCK, np.int32)
-    walkers = Walkers(np.empty((BLOCK, WIDTH), np.float32), np.empty(BLOCK, np.uint32), np.empty(BLOCK))
-    for start in range(0, len(part), BLOCK):
-        block = part[start : start + BLOCK]
-        for n in range(len(block)):
-            i = block[n]
-            row = seen.rows[i]
-            full[n] = False
-            if seen.valid[i]:
-                if gap_before(alarms, row):
-                    count[row] = 0
-                full[n] = push(window, count, row, seen.residual_m[i] / seen.scale_m[i])
-            else:
-                alarms.since_valid[row] += 1
-            if not full[n]:
-                hold(alarms, row)
-        for profile in range(len(forest.scale)):
-            ready = choose(chosen, block, full, seen.profile, profile)
-            for n in range(ready):
-                describe(window, count, seen.rows[chosen[n]], walkers.features, n)
-            walk(forest, profile, walkers, ready)
-            for n in range(ready):
-                i = chosen[n]
-                decide(alarms, seen.rows[i], walkers.score[n], threshold[i])
+    for n in range(count):
+        i = chosen[n]
+        row = seen.rows[i]
+        push(state.window, state.counted, row, seen.residual_m[i] / seen.scale_m[i])
+        describe(state.window, state.counted, row, work.features, n)
+    walk(settings, profile, work, count)
+
+
+@always_inline
+def _forget(state: IsolationForestState, row: int, alarm: bool) -> None:
+    state.counted[row] = 0
+
+
+@always_inline
+def _score(
+    state: IsolationForestState, seen: Observation, i: int, settings: Forest, alarm: bool, work: Walkers, n: int
+) -> float:
+    return work.score[n] if state.counted[seen.rows[i]] >= WINDOW else NOT_YET
+
+
+@always_inline
+def _remember(
+    state: IsolationForestState,
+    seen: Observation,
+    i: int,
+    settings: Forest,
+    threshold: float,
+    alarm: bool,
+    work: Walkers,
+    n: int,
+) -> None:
+    """Remember nothing more than the window."""
 
 
 @dataclass(frozen=True)
@@ -100,26 +109,21 @@ class IsolationForest(KernelDetector):
     """
 
     name: ClassVar[str] = "isolation_forest"
-    kernel = _update
+    kernel = each_block(TREE_BLOCK, _workspace, _evaluate, _forget, _score, _remember)
     learned: tuple[Learned, ...]
 
     @classmethod
     def from_learned(cls, learned: Sequence[Learned]) -> Self:
         """Return the detector for profiles in the order of `learned`."""
         detector = cls(tuple(learned))
-        _ = detector.forest
+        _ = detector.settings
         return detector
 
     @cached_property
-    def forest(self) -> Forest:
+    def settings(self) -> Forest:
         """The forests of all profiles as flat arrays."""
         return join(self.learned, len(FEATURES))
 
-    def new_state(self, capacity: int) -> IsolationForestState:
-        """Return the detector's arrays for `capacity` rows."""
-        return IsolationForestState.empty(capacity)
-
-    def arguments(self, state: AlarmState) -> tuple[object, ...]:
-        """Return what the kernel needs beside the observation."""
-        own = cast("IsolationForestState", state)
-        return self.forest, own.window, own.count
+    def new_state(self, capacity: int) -> Table[IsolationForestState]:
+        """Return empty windows for `capacity` rows."""
+        return Table(IsolationForestState, capacity)

@@ -11,14 +11,14 @@ from gpsec.core.errors import GpsecError
 Learned = Mapping[str, NDArray[Any]]
 
 # progress(stage, done, total)
-Progress = Callable[[str, int, int], None]
+OnStage = Callable[[str, int, int], None]
 
 
 def silent(stage: str, done: int, total: int) -> None:
     """Report no progress."""
 
 
-def part(learned: Learned, key: str, kind: type[np.generic], ndim: int) -> NDArray[Any]:
+def array_of(learned: Learned, key: str, kind: type[np.generic], ndim: int) -> NDArray[Any]:
     """Return one array of a model, checked.
 
     Raises:
@@ -41,7 +41,7 @@ def scalars(learned: Sequence[Learned], key: str) -> tuple[float, ...]:
     """Return the single positive number `key` of each profile."""
     found = []
     for one in learned:
-        value = float(part(one, key, np.float64, 0))
+        value = float(array_of(one, key, np.float64, 0))
         if value <= 0.0:
             raise GpsecError(f"model array '{key}': expected a positive number, found {value}")
         found.append(value)

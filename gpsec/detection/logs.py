@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from hashlib import blake2b
 from typing import Self
 
@@ -128,6 +129,15 @@ class Grid:
             before += len(start)
         return grid
 
+    @cached_property
+    def elapsed_steps(self) -> Ints:
+        """(T, V) as in `Observation`."""
+        number = np.arange(1, len(self.valid) + 1, dtype=np.int32)[:, np.newaxis]
+        last = np.maximum.accumulate(np.where(self.valid, number, np.int32(0)), axis=0)
+        elapsed = np.broadcast_to(number, last.shape).copy()
+        elapsed[1:] -= last[:-1]
+        return elapsed
+
     def active(self, step: int) -> int:
         """Return how many vehicles have a sequence longer than `step`: the first ones."""
         return int(np.searchsorted(-self.length, -step, side="left"))
@@ -155,6 +165,7 @@ class Grid:
             profile=np.zeros(m, np.int32),
             residual_m=self.residual_m[step, :m],
             valid=self.valid[step, :m],
+            elapsed_steps=self.elapsed_steps[step, :m],
             scale_m=self.scale_m[:m],
             speed_mps=self.speed_mps[step, :m],
             curvature_per_m=self.curvature_per_m[step, :m],

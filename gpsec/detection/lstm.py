@@ -1,48 +1,49 @@
 """LSTM that predicts the residual (Eq 10)."""
 
 from dataclasses import dataclass
-from typing import ClassVar, Self, cast
+from functools import cached_property
+from typing import ClassVar, NamedTuple
 
-import numpy as np
-
-from gpsec.core.arrays import Floats, Floats32, Ints
-from gpsec.core.kernels import allocating_kernel, inline
-from gpsec.detection.alarm import Alarms, AlarmState, decide
+from gpsec.core.arrays import Floats, Floats32
+from gpsec.core.kernels import always_inline, inline
+from gpsec.core.tables import Table, blank
 from gpsec.detection.base import Observation
-from gpsec.detection.blocks import choose
+from gpsec.detection.families import each_block
 from gpsec.detection.forecast import (
-    Doubts,
     Forecaster,
+    ForecastSettings,
     ForecastState,
-    Memory,
-    admit,
-    blank_forecast,
     foresee,
+    forget,
     remember,
+    workspace,
 )
-from gpsec.detection.lstm_cell import BLOCK, GATES, HIDDEN, INPUTS, OUTPUTS, SCALES, Network, Step
+from gpsec.detection.lstm_cell import CELL_BLOCK, SCALES, Step
 
 # Weight of an error of prediction relative to that of the next one, at each time scale: this sample alone, and means
 # over the last 2.5 and 6.7 of them. An attack that grows by 1/decay a sample is seen best at the scale of that decay.
 DECAYS = (0.0, 0.6, 0.85)
 
 
-@dataclass
-class LstmState(ForecastState):
-    """Attributes beside those of `ForecastState`.
+class LstmState(NamedTuple):
+    """M rows.
 
-    evidence: (M, S) weighted sums of the errors of prediction.
-    weight: (M, S) sums of the squared weights.
+    Attributes:
+        forecast: of the network.
+        evidence: (M, S) weighted sums of the errors of prediction.
+        weight: (M, S) sums of the squared weights.
     """
 
-    evidence: Floats
-    weight: Floats
+    forecast: ForecastState = ForecastState()
+    evidence: Floats = blank(0.0, SCALES)
+    weight: Floats = blank(0.0, SCALES)
 
-    @classmethod
-    def empty(cls, capacity: int) -> Self:
-        """Return `capacity` rows that have seen nothing."""
-        shape = (capacity, SCALES)
-        return cls(**blank_forecast(capacity), evidence=np.zeros(shape), weight=np.zeros(shape))
+
+class LstmSettings(NamedTuple):
+    """The numbers of an `Lstm`."""
+
+    forecast: ForecastSettings
+    enough: float
 
 
 @inline
@@ -61,52 +62,49 @@ def contradicts(evidence: Floats, weight: Floats, row: int, error: float, output
     return bool((offset * error - 0.5 * offset * offset) * output[1] < -enough)
 
 
-@allocating_kernel
-def _update(
-    part: Ints,
+@inline
+def _forget_evidence(state: LstmState, row: int) -> None:
+    for s in range(SCALES):
+        state.evidence[row, s] = 0.0
+        state.weight[row, s] = 0.0
+
+
+@always_inline
+def _forget(state: LstmState, row: int, alarm: bool) -> None:
+    forget(state.forecast, row)
+    _forget_evidence(state, row)
+
+
+@always_inline
+def _score(
+    state: LstmState, seen: Observation, i: int, settings: LstmSettings, alarm: bool, work: Step, n: int
+) -> float:
+    row, output = seen.rows[i], work.output[n]
+    evidence, weight = state.evidence, state.weight
+    error = seen.residual_m[i] / seen.scale_m[i] - output[0]
+    if alarm and contradicts(evidence, weight, row, error, output, settings.enough):
+        _forget_evidence(state, row)
+    value = 0.0
+    for s in range(SCALES):
+        evidence[row, s] = DECAYS[s] * evidence[row, s] + error
+        weight[row, s] = DECAYS[s] * DECAYS[s] * weight[row, s] + 1.0
+        value = max(value, evidence[row, s] * evidence[row, s] / weight[row, s] * output[1 + s])
+    return value
+
+
+@always_inline
+def _remember(
+    state: LstmState,
     seen: Observation,
-    threshold: Floats,
-    alarms: Alarms,
-    doubts: Doubts,
-    enough: float,
-    network: Network,
-    memory: Memory,
-    evidence: Floats,
-    weight: Floats,
+    i: int,
+    settings: LstmSettings,
+    threshold: float,
+    alarm: bool,
+    work: Step,
+    n: int,
 ) -> None:
-    step = Step(
-        np.empty(BLOCK, np.int32),
-        np.empty((BLOCK, len(INPUTS) + HIDDEN), np.float32),
-        np.empty((BLOCK, GATES), np.float32),
-        np.empty((BLOCK, HIDDEN), np.float32),
-        np.empty((BLOCK, OUTPUTS), np.float32),
-    )
-    due, anew = np.empty(BLOCK, np.bool_), np.empty(BLOCK, np.bool_)
-    chosen = np.empty(BLOCK, np.int32)
-    for start in range(0, len(part), BLOCK):
-        block = part[start : start + BLOCK]
-        admit(block, seen, alarms, memory, due, anew)
-        for n in range(len(block)):
-            if anew[n]:
-                evidence[seen.rows[block[n]]] = 0.0
-                weight[seen.rows[block[n]]] = 0.0
-        for profile in range(len(network.offset)):
-            ready = choose(chosen, block, due, seen.profile, profile)
-            foresee(chosen, ready, seen, network, profile, memory, step)
-            for n in range(ready):
-                i, row, output = chosen[n], step.row[n], step.output[n]
-                z = seen.residual_m[i] / seen.scale_m[i]
-                error = z - output[0]
-                if alarms.alarm[row] and contradicts(evidence, weight, row, error, output, enough):
-                    evidence[row] = 0.0
-                    weight[row] = 0.0
-                value = 0.0
-                for s in range(SCALES):
-                    evidence[row, s] = DECAYS[s] * evidence[row, s] + error
-                    weight[row, s] = DECAYS[s] * DECAYS[s] * weight[row, s] + 1.0
-                    value = max(value, evidence[row, s] * evidence[row, s] / weight[row, s] * output[1 + s])
-                decide(alarms, row, value, threshold[i])
-                remember(memory, row, z, output[0], alarms.alarm[row], doubts)
+    z = seen.residual_m[i] / seen.scale_m[i]
+    remember(state.forecast, seen.rows[i], z, work.output[n, 0], settings.forecast, alarm)
 
 
 @dataclass(frozen=True)
@@ -127,14 +125,14 @@ class Lstm(Forecaster):
     """
 
     name: ClassVar[str] = "lstm"
-    kernel = _update
+    kernel = each_block(CELL_BLOCK, workspace, foresee, _forget, _score, _remember)
     enough: float = 3.0
 
-    def new_state(self, capacity: int) -> LstmState:
-        """Return the detector's arrays for `capacity` rows."""
-        return LstmState.empty(capacity)
+    def new_state(self, capacity: int) -> Table[LstmState]:
+        """Return what is remembered of `capacity` rows that have seen nothing."""
+        return Table(LstmState, capacity)
 
-    def arguments(self, state: AlarmState) -> tuple[object, ...]:
-        """Return what the kernel needs beside the observation."""
-        own = cast("LstmState", state)
-        return self.doubts, self.enough, self.network, own.memory, own.evidence, own.weight
+    @cached_property
+    def settings(self) -> LstmSettings:
+        """The numbers as the kernel reads them."""
+        return LstmSettings(self.forecast, self.enough)

@@ -22,7 +22,7 @@ INPUTS = ("delayed residual", "curvature", "speed", "camera sigma")
 SCALES = 3
 OUTPUTS = 1 + SCALES
 # Rows that take a step together.
-BLOCK = 64
+CELL_BLOCK = 64
 GATES = 4 * HIDDEN
 _K = len(INPUTS)
 
@@ -90,14 +90,14 @@ class Network(NamedTuple):
 
 
 class Step(NamedTuple):
-    """Up to `BLOCK` rows that take a step.
+    """Up to `CELL_BLOCK` rows that take a step.
 
     Attributes:
-        row: (BLOCK,) of the state.
-        inputs: (BLOCK, K + H) of the network, the last H being its hidden units.
-        gates: (BLOCK, 4H) scratch.
-        bent: (BLOCK, H) scratch.
-        output: (BLOCK, 1 + S) result: the prediction, and one over the variance of its error at each of S scales.
+        row: (CELL_BLOCK,) of the state.
+        inputs: (CELL_BLOCK, K + H) of the network, the last H being its hidden units.
+        gates: (CELL_BLOCK, 4H) scratch.
+        bent: (CELL_BLOCK, H) scratch.
+        output: (CELL_BLOCK, 1 + S) result: the prediction, and one over the variance of its error at each of S scales.
     """
 
     row: Ints
@@ -124,7 +124,7 @@ def _sum_gates(step: Step, count: int, network: Network, profile: int) -> None:
 
 
 @inline
-def predict(step: Step, count: int, network: Network, profile: int, hidden: Floats32, cell: Floats32) -> None:
+def take_step(step: Step, count: int, network: Network, profile: int, hidden: Floats32, cell: Floats32) -> None:
     """Let the first `count` rows of a block take a step: Hochreiter and Schmidhuber's LSTM with forget gate.
 
     Args:

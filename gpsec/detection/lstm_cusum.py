@@ -1,96 +1,98 @@
 """Two-sided CUSUM of what the LSTM did not expect."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from math import sqrt
-from typing import ClassVar, Self, cast
+from typing import ClassVar, NamedTuple
 
-import numpy as np
-
-from gpsec.core.arrays import Floats, Ints
-from gpsec.core.kernels import allocating_kernel
-from gpsec.detection.alarm import Alarms, AlarmState, decide
+from gpsec.core.arrays import Floats, Floats32
+from gpsec.core.kernels import always_inline, inline
+from gpsec.core.tables import Table, blank
 from gpsec.detection.base import Observation
-from gpsec.detection.blocks import choose
+from gpsec.detection.families import each_block
 from gpsec.detection.forecast import (
-    Doubts,
     Forecaster,
+    ForecastSettings,
     ForecastState,
-    Memory,
-    admit,
-    blank_forecast,
     foresee,
+    forget,
     remember,
+    workspace,
 )
 from gpsec.detection.lstm import DECAYS
-from gpsec.detection.lstm_cell import BLOCK, GATES, HIDDEN, INPUTS, OUTPUTS, SCALES, Network, Step
+from gpsec.detection.lstm_cell import CELL_BLOCK, SCALES, Step
 
 # By how much more a slow error of prediction adds to the variance at the slowest scale than to that of a single error.
 _SLOW_GAIN = (1.0 + DECAYS[-1]) / (1.0 - DECAYS[-1]) - 1.0
 
 
-@dataclass
-class LstmCusumState(ForecastState):
-    """Attributes beside those of `ForecastState`.
+class LstmCusumState(NamedTuple):
+    """M rows.
 
-    up, down: (M,) sums of positive and of negative errors of prediction.
+    Attributes:
+        forecast: of the network.
+        up, down: (M,) sums of positive and of negative errors of prediction.
     """
 
-    up: Floats
-    down: Floats
-
-    @classmethod
-    def empty(cls, capacity: int) -> Self:
-        """Return `capacity` rows that have seen nothing."""
-        return cls(**blank_forecast(capacity), up=np.zeros(capacity), down=np.zeros(capacity))
+    forecast: ForecastState = ForecastState()
+    up: Floats = blank(0.0)
+    down: Floats = blank(0.0)
 
 
-@allocating_kernel
-def _update(
-    part: Ints,
+class LstmCusumSettings(NamedTuple):
+    """The numbers of an `LstmCusum`."""
+
+    forecast: ForecastSettings
+    slack: float
+    reach: float
+    clip: float
+    margin: float
+
+
+@inline
+def _slack(output: Floats32, settings: LstmCusumSettings) -> float:
+    """Return k for what the network says."""
+    slow = max(1.0 / output[SCALES] - 1.0 / output[1], 0.0) / _SLOW_GAIN
+    return settings.slack + settings.reach * sqrt(slow * output[1])
+
+
+@always_inline
+def _forget(state: LstmCusumState, row: int, alarm: bool) -> None:
+    forget(state.forecast, row)
+    # An alarm that is held over the gap goes on until ordinary samples end it.
+    if not alarm:
+        state.up[row], state.down[row] = 0.0, 0.0
+
+
+@always_inline
+def _score(
+    state: LstmCusumState, seen: Observation, i: int, settings: LstmCusumSettings, alarm: bool, work: Step, n: int
+) -> float:
+    row, output = seen.rows[i], work.output[n]
+    z = seen.residual_m[i] / seen.scale_m[i]
+    e = min(max((z - output[0]) * sqrt(output[1]), -settings.clip), settings.clip)
+    k = _slack(output, settings)
+    state.up[row] = max(0.0, state.up[row] + e - k)
+    state.down[row] = max(0.0, state.down[row] - e - k)
+    return float(max(state.up[row], state.down[row]))
+
+
+@always_inline
+def _remember(
+    state: LstmCusumState,
     seen: Observation,
-    threshold: Floats,
-    alarms: Alarms,
-    doubts: Doubts,
-    slack: float,
-    reach: float,
-    clip: float,
-    margin: float,
-    network: Network,
-    memory: Memory,
-    up: Floats,
-    down: Floats,
+    i: int,
+    settings: LstmCusumSettings,
+    threshold: float,
+    alarm: bool,
+    work: Step,
+    n: int,
 ) -> None:
-    step = Step(
-        np.empty(BLOCK, np.int32),
-        np.empty((BLOCK, len(INPUTS) + HIDDEN), np.float32),
-        np.empty((BLOCK, GATES), np.float32),
-        np.empty((BLOCK, HIDDEN), np.float32),
-        np.empty((BLOCK, OUTPUTS), np.float32),
-    )
-    due, anew = np.empty(BLOCK, np.bool_), np.empty(BLOCK, np.bool_)
-    chosen = np.empty(BLOCK, np.int32)
-    for start in range(0, len(part), BLOCK):
-        block = part[start : start + BLOCK]
-        admit(block, seen, alarms, memory, due, anew)
-        for n in range(len(block)):
-            row = seen.rows[block[n]]
-            # An alarm that is held over the gap goes on until ordinary samples end it.
-            if anew[n] and not alarms.alarm[row]:
-                up[row], down[row] = 0.0, 0.0
-        for profile in range(len(network.offset)):
-            ready = choose(chosen, block, due, seen.profile, profile)
-            foresee(chosen, ready, seen, network, profile, memory, step)
-            for n in range(ready):
-                i, row, output = chosen[n], step.row[n], step.output[n]
-                z = seen.residual_m[i] / seen.scale_m[i]
-                e = min(max((z - output[0]) * sqrt(output[1]), -clip), clip)
-                slow = max(1.0 / output[SCALES] - 1.0 / output[1], 0.0) / _SLOW_GAIN
-                k = slack + reach * sqrt(slow * output[1])
-                plus, minus = max(0.0, up[row] + e - k), max(0.0, down[row] - e - k)
-                decide(alarms, row, max(plus, minus), threshold[i])
-                cap = threshold[i] + margin * k
-                up[row], down[row] = min(plus, cap), min(minus, cap)
-                remember(memory, row, z, output[0], alarms.alarm[row], doubts)
+    row, output = seen.rows[i], work.output[n]
+    cap = threshold + settings.margin * _slack(output, settings)
+    state.up[row], state.down[row] = min(state.up[row], cap), min(state.down[row], cap)
+    z = seen.residual_m[i] / seen.scale_m[i]
+    remember(state.forecast, row, z, output[0], settings.forecast, alarm)
 
 
 @dataclass(frozen=True)
@@ -113,17 +115,17 @@ class LstmCusum(Forecaster):
     """
 
     name: ClassVar[str] = "lstm_cusum"
-    kernel = _update
+    kernel = each_block(CELL_BLOCK, workspace, foresee, _forget, _score, _remember)
     slack: float = 0.5
     reach: float = 2.5
     clip: float = 6.0
     margin: float = 1.0
 
-    def new_state(self, capacity: int) -> LstmCusumState:
-        """Return the detector's arrays for `capacity` rows."""
-        return LstmCusumState.empty(capacity)
+    def new_state(self, capacity: int) -> Table[LstmCusumState]:
+        """Return what is remembered of `capacity` rows that have seen nothing."""
+        return Table(LstmCusumState, capacity)
 
-    def arguments(self, state: AlarmState) -> tuple[object, ...]:
-        """Return what the kernel needs beside the observation."""
-        own = cast("LstmCusumState", state)
-        return self.doubts, self.slack, self.reach, self.clip, self.margin, self.network, own.memory, own.up, own.down
+    @cached_property
+    def settings(self) -> LstmCusumSettings:
+        """The numbers as the kernel reads them."""
+        return LstmCusumSettings(self.forecast, self.slack, self.reach, self.clip, self.margin)

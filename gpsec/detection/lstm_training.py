@@ -12,7 +12,7 @@ from gpsec.core.arrays import Floats, Floats32
 from gpsec.core.errors import GpsecError
 from gpsec.detection.alarm import GAP_S, steps_in
 from gpsec.detection.forecast import CLIP, DELAY
-from gpsec.detection.learned import Learned, Progress, silent
+from gpsec.detection.learned import Learned, OnStage, silent
 from gpsec.detection.logs import Grid, ResidualLog, sessions, split
 from gpsec.detection.lstm import DECAYS
 from gpsec.detection.lstm_cell import HIDDEN, INPUTS, OUTPUTS
@@ -23,7 +23,7 @@ EPOCHS = 12
 PATIENCE = 4
 LEARNING_RATE = 4e-3
 HELD_OUT = 0.15
-MAX_WINDOWS = 1800
+MAX_LSTM_WINDOWS = 1800
 # A match to the wrong lane may be a dozen scales off; it shall not steer the training.
 TARGET_CLIP = 5.0
 
@@ -60,7 +60,7 @@ class Sequences:
             yield Sequences(self.inputs[chosen], self.target[chosen], self.weight[chosen])
 
 
-def learn(logs: Sequence[ResidualLog], seed: int, progress: Progress = silent) -> Learned:
+def learn_lstm(logs: Sequence[ResidualLog], seed: int, progress: OnStage = silent) -> Learned:
     """Return the arrays of a network that was fitted to benign residuals; see `lstm_cell.Network`.
 
     Adam on the negative log-likelihood, with a cosine schedule; the epoch that is best on held-out vehicles is kept.
@@ -114,7 +114,7 @@ def _sequences(logs: Sequence[ResidualLog], seed: int) -> Sequences:
         for first in range(0, len(steps), LENGTH):
             inputs.append(table[first : first + LENGTH])
             targets.append(residual[first : first + LENGTH].astype(np.float32))
-    order = np.random.default_rng(seed).permutation(len(inputs))[:MAX_WINDOWS]
+    order = np.random.default_rng(seed).permutation(len(inputs))[:MAX_LSTM_WINDOWS]
     padded = np.zeros((len(order), LENGTH, len(INPUTS)), np.float32)
     target, weight = np.zeros(padded.shape[:2], np.float32), np.zeros(padded.shape[:2], np.float32)
     for row, source in enumerate(order):
@@ -152,7 +152,7 @@ def _loss(model: ResidualLstm, batch: Sequences, weights: torch.Tensor) -> tuple
     return (loss * batch.weight).sum(), batch.weight.sum()
 
 
-def _fit(train: Sequences, check: Sequences, progress: Progress) -> ResidualLstm:
+def _fit(train: Sequences, check: Sequences, progress: OnStage) -> ResidualLstm:
     model = ResidualLstm()
     best, best_loss, stale = copy.deepcopy(model), float("inf"), 0
     optimizer = torch.optim.Adam(model.parameters(), lr=LEARNING_RATE)

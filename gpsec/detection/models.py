@@ -78,7 +78,7 @@ def save(models: Models, folder: Path) -> None:
     _write(folder / _PROVENANCE, _as_json({"models": provenance}))
 
 
-def load(folder: Path | None = None) -> Models:
+def load_models(folder: Path | None = None) -> Models:
     """Return all models of `folder`, or those that gpsec comes with; arrays are read when a detector is built.
 
     Raises:
@@ -107,7 +107,7 @@ def load(folder: Path | None = None) -> Models:
 @cache
 def bundled() -> Models:
     """Return the models that gpsec comes with."""
-    return load()
+    return load_models()
 
 
 def build_detectors(

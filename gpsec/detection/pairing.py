@@ -60,6 +60,8 @@ class Pending(NamedTuple):
 
     Attributes:
         due: (M,) no residual was formed since the last tick.
+        formed: (M,) a valid residual was formed in this step.
+        elapsed_steps: (M,) steps since the valid residual before this step, or since the row is in use.
         camera, fix: (M,) a sample waits.
         camera_age, fix_age: (M,) steps since it came.
         since_camera_m, since_fix_m: (M, 2) way since then, by odometer, gyro and heading, in the net's frame.
@@ -71,6 +73,8 @@ class Pending(NamedTuple):
     """
 
     due: Flags = blank(False)
+    formed: Flags = blank(False)
+    elapsed_steps: Ints = blank(0)
     camera: Flags = blank(False)
     camera_age: Ints = blank(0)
     since_camera_m: Floats = blank(0.0, 2)

@@ -1,19 +1,19 @@
 """Detectors in plain numpy or scikit-learn: no kernel, all vehicles of a step at once, and some ten times as slow."""
 
 from abc import abstractmethod
-from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from gpsec.core.arrays import Floats, Ints
+from gpsec.core.tables import Table, blank
 from gpsec.core.threads import Threads
-from gpsec.detection.alarm import GAP_S, HOLD_S, AlarmState, blank_alarm, steps_in
-from gpsec.detection.base import Detector, Observation, Verdict
+from gpsec.detection.alarm import AlarmSteps
+from gpsec.detection.base import Detector, Observation
+from gpsec.types.answers import Answers
 
 
-@dataclass
-class WindowState(AlarmState):
+class WindowState(NamedTuple):
     """The last residuals of each of M rows.
 
     Attributes:
@@ -21,14 +21,8 @@ class WindowState(AlarmState):
         filled: (M,) how many of them there are.
     """
 
-    window: Floats
-    filled: Ints
-
-    @classmethod
-    def of(cls, capacity: int, samples: int) -> Self:
-        """Return `capacity` rows that have seen nothing, with room for `samples` residuals."""
-        window, filled = np.zeros((capacity, samples)), np.zeros(capacity, np.int32)
-        return cls(**blank_alarm(capacity), window=window, filled=filled)
+    window: Floats = blank(0.0, "samples")
+    filled: Ints = blank(0)
 
 
 class WindowDetector(Detector):
@@ -52,53 +46,48 @@ class WindowDetector(Detector):
             profile: (n,) index of the sensor profile among those that the detector was built for.
         """
 
-    def new_state(self, capacity: int) -> WindowState:
+    def new_state(self, capacity: int) -> Table[WindowState]:
         """Return empty windows for `capacity` rows."""
-        return WindowState.of(capacity, self.samples)
+        return Table(WindowState, capacity, samples=self.samples)
 
     def update(
         self,
-        state: AlarmState,
-        observation: Observation,
+        state: Any,
+        seen: Observation,
         threshold: Floats,
-        verdict: Verdict,
+        answers: Answers,
+        column: int,
         threads: Threads | None = None,
     ) -> None:
         """Take the valid residuals into the windows, and score the full ones.
 
         Raises:
-            TypeError: the state is another detector's, or `score` gave another shape or type.
+            TypeError: `score` gave another shape or type.
         """
-        if not isinstance(state, WindowState):
-            raise TypeError(f"detector '{self.name}': expected its own state, found {type(state).__name__}")
-        full = self._remember(state, observation)
-        rows = observation.rows[full]
-        value = self.score(state.window[rows], observation.profile[full])
-        if value.shape != rows.shape or value.dtype != np.float64:
-            found = f"{value.shape} of {value.dtype}"
+        alarm_steps = AlarmSteps.at(seen.step_s)
+        full = self._remember(state, seen, alarm_steps.gap_steps)
+        rows = seen.rows[full]
+        statistic = self.score(state.window[rows], seen.profile[full])
+        if statistic.shape != rows.shape or statistic.dtype != np.float64:
+            found = f"{statistic.shape} of {statistic.dtype}"
             raise TypeError(f"detector '{self.name}': score must be {rows.shape} of float64, found {found}")
-        hold_steps = steps_in(HOLD_S, observation.step_s)
-        state.since_scored[observation.rows] += 1
-        state.since_scored[rows] = 0
-        late = observation.rows[state.since_scored[observation.rows] > hold_steps]
-        state.alarm[late] = False
-        state.alarm[rows] = value > threshold[full]
-        at = observation.rows, verdict.column
-        verdict.statistic[at] = 0.0
-        verdict.scored[at] = False
-        verdict.statistic[rows, verdict.column] = value
-        verdict.scored[rows, verdict.column] = True
-        verdict.alarm[at] = state.alarm[observation.rows]
+        answers.statistic[seen.rows, column] = 0.0
+        answers.scored[seen.rows, column] = False
+        answers.unscored_steps[seen.rows, column] += 1
+        answers.unscored_steps[rows, column] = 0
+        late = seen.rows[answers.unscored_steps[seen.rows, column] > alarm_steps.hold_steps]
+        answers.alarm[late, column] = False
+        answers.statistic[rows, column] = statistic
+        answers.scored[rows, column] = True
+        answers.alarm[rows, column] = statistic > threshold[full]
 
-    def _remember(self, state: WindowState, seen: Observation) -> Ints:
+    def _remember(self, state: WindowState, seen: Observation, gap_steps: int) -> Ints:
         """Take the valid residuals; return the positions in the observation whose window is full."""
-        state.since_valid[seen.rows[~seen.valid]] += 1
         valid = np.flatnonzero(seen.valid)
         rows = seen.rows[valid]
-        gone = rows[state.since_valid[rows] + 1 > steps_in(GAP_S, seen.step_s)]
+        gone = rows[seen.elapsed_steps[valid] > gap_steps]
         state.filled[gone] = 0
         state.window[gone] = 0.0
-        state.since_valid[rows] = 0
         state.window[rows, :-1] = state.window[rows, 1:]
         state.window[rows, -1] = seen.residual_m[valid] / seen.scale_m[valid]
         state.filled[rows] = np.minimum(state.filled[rows] + 1, self.samples)

@@ -10,7 +10,7 @@ from gpsec.detection.bounds import Never, Oracle
 from gpsec.detection.chi_square import ChiSquare
 from gpsec.detection.cusum import Cusum
 from gpsec.detection.isolation_forest import IsolationForest
-from gpsec.detection.learned import Learned, Progress
+from gpsec.detection.learned import Learned, OnStage
 from gpsec.detection.logs import ResidualLog
 from gpsec.detection.lstm import Lstm
 from gpsec.detection.lstm_cusum import LstmCusum
@@ -30,28 +30,28 @@ class Entry:
 
     description: str
     build: Callable[[Sequence[Learned]], Detector | LabelledDetector]
-    learn: Callable[[Sequence[ResidualLog], int, Progress], Learned] | None = None
+    learn: Callable[[Sequence[ResidualLog], int, OnStage], Learned] | None = None
     threshold: float | None = None
     learns_from: str | None = None
 
 
 # Training needs scipy, scikit-learn and torch; a run does not, so they are imported by the one who trains.
-def _learn_cusum(logs: Sequence[ResidualLog], seed: int, progress: Progress) -> Learned:
+def _learn_cusum(logs: Sequence[ResidualLog], seed: int, progress: OnStage) -> Learned:
     from gpsec.detection import whitening
 
-    return whitening.learn(logs, seed, progress)
+    return whitening.learn_whitening(logs, seed, progress)
 
 
-def _learn_forest(logs: Sequence[ResidualLog], seed: int, progress: Progress) -> Learned:
+def _learn_forest(logs: Sequence[ResidualLog], seed: int, progress: OnStage) -> Learned:
     from gpsec.detection import forest_training
 
-    return forest_training.learn(logs, seed, progress)
+    return forest_training.learn_forest(logs, seed, progress)
 
 
-def _learn_lstm(logs: Sequence[ResidualLog], seed: int, progress: Progress) -> Learned:
+def _learn_lstm(logs: Sequence[ResidualLog], seed: int, progress: OnStage) -> Learned:
     from gpsec.detection import lstm_training
 
-    return lstm_training.learn(logs, seed, progress)
+    return lstm_training.learn_lstm(logs, seed, progress)
 
 
 def _take(made: Any) -> tuple[str, Entry] | None:

@@ -31,6 +31,8 @@ def lateral_residual(
     for row in rows:
         v = tracks.vehicle[row]
         p = vehicles.profile[v]
+        pending.elapsed_steps[row] = 1 if pending.formed[row] else pending.elapsed_steps[row] + 1
+        pending.formed[row] = False
         tracks.residual_m[row] = 0.0
         tracks.residual_valid[row] = False
         if ticks:
@@ -59,6 +61,7 @@ def lateral_residual(
             continue
         tracks.residual_m[row] = pending.offset_m[row] - offset
         tracks.residual_valid[row] = True
+        pending.formed[row] = True
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,6 @@
 """Trains and calibrates every detector on benign runs."""
 
-from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import fields, is_dataclass
 from importlib.metadata import version
 from typing import Any
@@ -9,46 +8,13 @@ from typing import Any
 from gpsec.core.threads import Threads
 from gpsec.detection.base import Detector
 from gpsec.detection.calibration import RATES, Calibrated, calibrate
-from gpsec.detection.learned import Learned, Progress, silent
-from gpsec.detection.logs import ResidualLog, split
-from gpsec.detection.models import Models, ProfileModel
+from gpsec.detection.learned import Learned, OnStage, silent
+from gpsec.detection.logs import ResidualLog
+from gpsec.detection.models import ProfileModel
 from gpsec.detection.registry import DETECTORS
 
 SETTLE_S = 10.0
-TRAINING_SHARE = 0.5
 _PACKAGES = ("gpsec", "numpy", "numba", "scikit-learn", "torch")
-
-
-def train(
-    logs: Sequence[ResidualLog],
-    seed: int = 1,
-    calibration_logs: Sequence[ResidualLog] | None = None,
-    settle_s: float = SETTLE_S,
-    progress: Progress = silent,
-    threads: Threads | None = None,
-) -> Models:
-    """Train and calibrate all detectors for every (profile, matching) among the logs.
-
-    Args:
-        logs: benign runs.
-        seed: of everything random.
-        calibration_logs: benign runs of other seeds; where None, half of the vehicles of `logs` are kept for it.
-        settle_s: age of a vehicle from which on false alarms count; as in the runs that are scored.
-        progress: told of each stage of each (profile, matching).
-        threads: for the kernels of calibration.
-    """
-    training, calibration = split(logs, TRAINING_SHARE, seed) if calibration_logs is None else (logs, calibration_logs)
-    training_by, calibration_by = _grouped(training), _grouped(calibration)
-    models = {}
-    for profile, matching in sorted(training_by):
-
-        def report(stage: str, done: int, total: int, prefix: str = f"{profile}/{matching}") -> None:
-            progress(f"{prefix}: {stage}", done, total)
-
-        models[profile, matching] = train_one(
-            training_by[profile, matching], calibration_by[profile, matching], seed, settle_s, report, threads
-        )
-    return models
 
 
 def train_one(
@@ -56,7 +22,7 @@ def train_one(
     calibration: Sequence[ResidualLog],
     seed: int = 1,
     settle_s: float = SETTLE_S,
-    progress: Progress = silent,
+    progress: OnStage = silent,
     threads: Threads | None = None,
     detectors: Sequence[str] = DETECTORS.own,
 ) -> ProfileModel:
@@ -119,13 +85,6 @@ def merged(former: ProfileModel | None, latter: ProfileModel) -> ProfileModel:
 
 def _origin(model: ProfileModel) -> dict[str, Any]:
     return {key: value for key, value in model.provenance.items() if key not in ("detectors", "kept")}
-
-
-def _grouped(logs: Sequence[ResidualLog]) -> Mapping[tuple[str, str], list[ResidualLog]]:
-    groups: dict[tuple[str, str], list[ResidualLog]] = defaultdict(list)
-    for log in logs:
-        groups[log.profile, log.matching].append(log)
-    return groups
 
 
 def _settings(detector: Detector) -> dict[str, Any]:

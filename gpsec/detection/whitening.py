@@ -8,8 +8,8 @@ import numpy as np
 from gpsec.core.arrays import Floats, Ints
 from gpsec.core.kernels import kernel
 from gpsec.detection.alarm import GAP_S, steps_in
-from gpsec.detection.cusum import innovate
-from gpsec.detection.learned import Learned, Progress, silent
+from gpsec.detection.cusum import decayed, spread_and_gain
+from gpsec.detection.learned import Learned, OnStage, silent
 from gpsec.detection.logs import Grid, ResidualLog, sessions
 
 # Innovations beyond this many standard deviations count as that many, so that a few matches to the wrong lane do
@@ -19,7 +19,7 @@ _START = (0.7, 0.7, 30.0)
 _BOUNDS = ((1e-3, 10.0), (1e-3, 10.0), (1.0, 600.0))
 
 
-def learn(logs: Sequence[ResidualLog], seed: int, progress: Progress = silent) -> Learned:
+def learn_whitening(logs: Sequence[ResidualLog], seed: int, progress: OnStage = silent) -> Learned:
     """Return σ_w, σ_b (in scales) and τ that make benign residuals most likely; `seed` is not needed."""
     progress("training cusum", 0, 1)
     grid = Grid.of(logs)
@@ -64,7 +64,9 @@ def _negative_log_likelihood(
         level, variance = 0.0, 1.0
         for t in range(first[s], first[s + 1]):
             decay = np.exp(-elapsed_s[t] / tau_s)
-            level, variance, innovation, spread, gain = innovate(values[t], decay, white, slow, level, variance)
+            level, variance = decayed(decay, level, variance)
+            spread, gain = spread_and_gain(white, slow, variance)
+            innovation = values[t] - level
             e = abs(innovation) / np.sqrt(spread)
             loss = 0.5 * e * e if e < _CLIP else _CLIP * e - 0.5 * _CLIP * _CLIP
             total += loss + 0.5 * np.log(spread)

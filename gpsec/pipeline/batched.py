@@ -7,8 +7,7 @@ from gpsec.core.arrays import Ints
 from gpsec.core.stopwatch import Stopwatch
 from gpsec.core.tables import Rows, Table
 from gpsec.core.threads import Threads
-from gpsec.detection.alarm import AlarmState
-from gpsec.detection.base import LabelledDetector, Observation, Verdict
+from gpsec.detection.base import LabelledDetector, Observation
 from gpsec.detection.pairing import Pending
 from gpsec.detection.residual import Residuals
 from gpsec.detection.watchers import Watchers
@@ -29,7 +28,7 @@ class BatchedMethod:
         self._localization = localization
         self._residuals = Residuals(world.view, watchers.sampling)
         self._pending = Table(Pending)
-        self._detector_states: list[AlarmState | None] = [
+        self._detector_states: list[Table[Any] | None] = [
             None if isinstance(detector, LabelledDetector) else detector.new_state(1) for detector in watchers.detectors
         ]
         self._filters: FilterState = localization.new_state(1)
@@ -101,6 +100,7 @@ class BatchedMethod:
             profile=profile,
             residual_m=tracks.residual_m[rows],
             valid=tracks.residual_valid[rows],
+            elapsed_steps=self._pending.now.elapsed_steps[rows],
             scale_m=self._watchers.scale_m[profile],
             speed_mps=seen.speed_mps[vehicle],
             curvature_per_m=self._pending.now.curvature_per_m[rows],
@@ -111,10 +111,9 @@ class BatchedMethod:
         watch.lap("matching")
         for k, detector in enumerate(self._watchers.detectors):
             state = self._detector_states[k]
-            verdict = Verdict(self.answers.statistic, self.answers.scored, self.answers.alarm, k)
             if isinstance(detector, LabelledDetector):
-                detector.update(rows, attacked, verdict)
+                detector.update(rows, attacked, self.answers, k)
             elif state is not None:
                 threshold = self._watchers.thresholds[:, k].take(profile)
-                detector.update(state, observation, threshold, verdict, threads)
+                detector.update(state.now, observation, threshold, self.answers, k, threads)
             watch.lap(f"detector {self._watchers.names[k]}")

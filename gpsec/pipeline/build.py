@@ -9,7 +9,7 @@ import numpy as np
 from gpsec.attacks.schedule import Plan, build_plans
 from gpsec.attacks.vehicle_plans import plans_from_vehicles
 from gpsec.attacks.zones import plans_from_zones, zone_keys
-from gpsec.detection.models import build_detectors, load, thresholds_for
+from gpsec.detection.models import build_detectors, load_models, thresholds_for
 from gpsec.detection.pairing import Sampling
 from gpsec.detection.watchers import Watchers
 from gpsec.hdmap.arrays import MapView
@@ -88,7 +88,7 @@ def make_watchers(scenario: Scenario, ground: Ground) -> Watchers:
     used = {defence.detector for defence in scenario.defences}
     names = (*scenario.detection.detectors, *(bound for bound in BOUNDS if bound in used))
     profiles, matching = ground.choice.profiles, scenario.fleet.matching
-    models = None if scenario.detection.models is None else load(Path(scenario.detection.models))
+    models = None if scenario.detection.models is None else load_models(Path(scenario.detection.models))
     return Watchers(
         names=names,
         detectors=tuple(build_detectors(names, profiles, matching, models)),

@@ -15,7 +15,7 @@ from gpsec.outcomes.digests import WHOLE, compared
 from gpsec.outcomes.geojson import read_features
 from gpsec.outcomes.manifests import read_manifest, stated_digests
 from gpsec.outcomes.stated import check_stated
-from gpsec.outcomes.steps import read_steps
+from gpsec.outcomes.steplog import read_steps
 from gpsec.outcomes.tables import LARGE_TABLES, MAP, STEPS, TABLES, whole
 from gpsec.running.workshop import settle
 from gpsec.types.constants import MANIFEST

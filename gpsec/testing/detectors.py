@@ -6,17 +6,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gpsec.core.arrays import Flags, Floats
-from gpsec.core.tables import Rows
+from gpsec.core.arrays import Flags, Floats, Ints
+from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
 from gpsec.detection.alarm import GAP_S, HOLD_S
-from gpsec.detection.base import Detector, Observation, Verdict
+from gpsec.detection.base import Detector, Observation
 from gpsec.detection.logs import Grid
 from gpsec.testing.contract import STEP_S, require
 from gpsec.testing.residuals import SCALE_M, make_log
+from gpsec.types.answers import Answers
 
-PROFILES = ("first", "second")
-_COLUMNS = ("rows", "profile", "residual_m", "valid", "scale_m", "speed_mps", "curvature_per_m", "camera_sigma_m")
+CASE_PROFILES = ("first", "second")
 
 
 class Answer(NamedTuple):
@@ -35,6 +35,47 @@ class Answer(NamedTuple):
         return Answer(*(array[part] for array in self))
 
 
+class Bench:
+    """A detector at work on rows of its own; it has to answer in the second of three columns.
+
+    Attributes:
+        state: what it remembers.
+    """
+
+    def __init__(self, detector: Detector, capacity: int) -> None:
+        self._detector = detector
+        self.state = detector.new_state(capacity)
+        self._answers = Table(Answers, capacity, detectors=3, defences=0)
+
+    def ask(self, seen: Observation, threshold: Floats, threads: Threads | None = None) -> Answer:
+        """Let the detector take a step, and return what it answers.
+
+        Raises:
+            BrokenContractError: it answered elsewhere.
+        """
+        answers = self._answers.now
+        own = np.zeros(answers.alarm.shape, np.bool_)
+        own[seen.rows, 1] = True
+        columns = answers.statistic, answers.scored, answers.alarm, answers.unscored_steps
+        before = [array.copy() for array in columns]
+        self._detector.update(self.state.now, seen, threshold, answers, 1, threads)
+        pairs = zip(before, columns, strict=True)
+        untouched = all(one[~own].tobytes() == other[~own].tobytes() for one, other in pairs)
+        require(untouched, "answers stand at the observed rows of the detector's column, and nowhere else")
+        at = seen.rows, 1
+        return Answer(answers.statistic[at], answers.scored[at], answers.alarm[at])
+
+    def reset(self, rows: Ints) -> None:
+        """Begin anew in `rows`."""
+        self.state.reset(rows)
+        self._answers.reset(rows)
+
+    def copy(self, source: Ints, target: Ints) -> None:
+        """Let the rows `target` go on from where the rows `source` are."""
+        self.state.copy(source, target)
+        self._answers.copy(source, target)
+
+
 @dataclass(frozen=True)
 class DetectorCase:
     """A detector to be checked.
@@ -49,14 +90,21 @@ class DetectorCase:
     threshold: float
     slack: float = 1.0
 
-    def run(self, grid: Grid, steps: int | None = None, state: Any = None, threads: Threads | None = None) -> Answer:
+    def bench(self, capacity: int, profiles: Sequence[str] = CASE_PROFILES) -> Bench:
+        """Return the detector at work on `capacity` rows."""
+        return Bench(self.build(profiles), capacity)
+
+    def ask(self, bench: Bench, seen: Observation, threads: Threads | None = None) -> Answer:
+        """Return what the detector answers with the threshold of the case."""
+        return bench.ask(seen, np.full(len(seen.rows), self.threshold), threads)
+
+    def run(
+        self, grid: Grid, steps: int | None = None, bench: Bench | None = None, threads: Threads | None = None
+    ) -> Answer:
         """Return (T, V) answers for all vehicles of a grid, whose profiles alternate."""
-        detector = self.build(PROFILES)
-        state = detector.new_state(len(grid.length)) if state is None else state
-        answers = []
-        for t in range(len(grid.valid) if steps is None else steps):
-            seen = observe(grid, t)
-            answers.append(ask(detector, state, seen, np.full(len(seen.rows), self.threshold), threads))
+        bench = self.bench(len(grid.length)) if bench is None else bench
+        count = len(grid.valid) if steps is None else steps
+        answers = [self.ask(bench, observe(grid, t), threads) for t in range(count)]
         return Answer(*(np.stack(column) for column in zip(*answers, strict=True)))
 
 
@@ -77,22 +125,6 @@ def check_detector(build: Callable[[Sequence[str]], Detector], threshold: float,
         check(case)
 
 
-def ask(detector: Detector, state: Any, seen: Observation, threshold: Floats, threads: Threads | None = None) -> Answer:
-    """Let a detector take a step; it has to answer in the second of three columns, at the observed rows, nowhere else.
-
-    Raises:
-        BrokenContractError: it wrote elsewhere.
-    """
-    shape = (state.capacity, 3)
-    verdict = Verdict(np.full(shape, -7.0), np.ones(shape, np.bool_), np.ones(shape, np.bool_), 1)
-    detector.update(state, seen, threshold, verdict, threads)
-    elsewhere = np.ones(shape, np.bool_)
-    elsewhere[seen.rows, 1] = False
-    untouched = (verdict.statistic[elsewhere] == -7.0).all() and verdict.scored[elsewhere].all()
-    require(untouched and verdict.alarm[elsewhere].all(), "answers stand at the observed rows of the verdict's column")
-    return Answer(*verdict.at(seen.rows))
-
-
 def observe(grid: Grid, t: int) -> Observation:
     """Return what there is to see in a step; the vehicles' profiles alternate."""
     seen = grid.observe(t)
@@ -101,8 +133,8 @@ def observe(grid: Grid, t: int) -> Observation:
 
 def take(seen: Observation, chosen: Any) -> Observation:
     """Return some rows of an observation, in the order of `chosen`."""
-    columns: dict[str, Any] = {name: np.ascontiguousarray(getattr(seen, name)[chosen]) for name in _COLUMNS}
-    return seen._replace(**columns)
+    columns = (np.ascontiguousarray(column[chosen]) for column in seen[:-1])
+    return Observation._make([*columns, seen.step_s])
 
 
 def spoofed(grid: Grid, first: int, offset_m: float) -> Grid:
@@ -117,14 +149,14 @@ def benign(vehicles: int = 24, steps: int = 260, seed: int = 9) -> Grid:
     return Grid.of([make_log(vehicles, steps, seed=seed)])
 
 
-def clean(vehicles: int, steps: int) -> Grid:
+def noiseless(vehicles: int, steps: int) -> Grid:
     """Return valid residuals of exactly zero."""
     return Grid.of([make_log(vehicles, steps, seed=0, white=0.0, slow=0.0, chord_m=0.0, gaps=False)])
 
 
 def with_gap(gap: int, bias: float = 8.0, after: float = 0.0, total: int = 300) -> Grid:
     """Return residuals of `bias` scales from step 60, none from step 100 for `gap` steps, then of `after` scales."""
-    grid = clean(1, total)
+    grid = noiseless(1, total)
     grid.residual_m[60:100] = bias * SCALE_M
     grid.residual_m[100 + gap :] = after * SCALE_M
     grid.valid[100 : 100 + gap] = False
@@ -160,15 +192,14 @@ def the_same_input_gives_the_same_bytes_for_any_threads(case: DetectorCase) -> N
     require(case.run(benign()).bytes() == again.bytes(), "the same input gives the same bytes, for any threads")
 
 
-def the_batch_equals_a_loop_of_singles(case: DetectorCase) -> None:
+def a_batch_equals_a_loop_of_singles(case: DetectorCase) -> None:
     """Hold that a row's answer does not depend on its company, to the last bit."""
     grid = spoofed(benign(), 100, 1.5)
-    batch, detector = case.run(grid), case.build(PROFILES)
-    state = detector.new_state(len(grid.length))
+    batch, bench = case.run(grid), case.bench(len(grid.length))
     for t in range(len(grid.valid)):
         seen = observe(grid, t)
         for i in range(len(seen.rows)):
-            one = ask(detector, state, take(seen, [i]), np.asarray([case.threshold]))
+            one = case.ask(bench, take(seen, [i]))
             equal = one.bytes() == batch.at((t, slice(i, i + 1))).bytes()
             require(equal, "a row is the same in whatever company it is computed")
 
@@ -176,22 +207,20 @@ def the_batch_equals_a_loop_of_singles(case: DetectorCase) -> None:
 def a_large_batch_equals_small_ones(case: DetectorCase) -> None:
     """Hold the same for more rows than a block has."""
     grid = spoofed(benign(600, 30, seed=12), 20, 1.5)
-    batch, detector = case.run(grid), case.build(PROFILES)
-    state = detector.new_state(600)
+    batch, bench = case.run(grid), case.bench(600)
     for t in range(30):
         for chosen in np.array_split(np.arange(600), 37):
-            got = ask(detector, state, take(observe(grid, t), chosen), np.full(len(chosen), case.threshold))
+            got = case.ask(bench, take(observe(grid, t), chosen))
             require(got.bytes() == batch.at((t, chosen)).bytes(), "a large batch equals small ones")
 
 
 def the_order_of_rows_does_not_matter(case: DetectorCase) -> None:
     """Hold that state and answer go by `rows`."""
     grid, rng = benign(), np.random.default_rng(5)
-    batch, detector = case.run(grid), case.build(PROFILES)
-    state = detector.new_state(len(grid.length))
+    batch, bench = case.run(grid), case.bench(len(grid.length))
     for t in range(len(grid.valid)):
         order = rng.permutation(len(grid.length))
-        got = ask(detector, state, take(observe(grid, t), order), np.full(len(order), case.threshold))
+        got = case.ask(bench, take(observe(grid, t), order))
         require(got.bytes() == batch.at((t, order)).bytes(), "the order of the rows does not matter")
 
 
@@ -199,35 +228,33 @@ def mixed_profiles_answer_as_each_alone(case: DetectorCase) -> None:
     """Hold that a vehicle is judged by what was learned on its own profile."""
     grid = benign()
     mixed = case.run(grid)
-    for p, profile in enumerate(PROFILES):
-        alone = case.build([profile])
-        state = alone.new_state(len(grid.length))
+    for p, profile in enumerate(CASE_PROFILES):
+        alone = case.bench(len(grid.length), [profile])
         for t in range(len(grid.valid)):
             seen = take(observe(grid, t), np.arange(p, len(grid.length), 2))
             seen = seen._replace(profile=np.zeros_like(seen.profile))
-            got = ask(alone, state, seen, np.full(len(seen.rows), case.threshold))
+            got = case.ask(alone, seen)
             require(got.bytes() == mixed.at((t, slice(p, None, 2))).bytes(), "profiles answer as each alone")
 
 
 def rows_that_are_reset_begin_anew(case: DetectorCase) -> None:
     """Hold that nothing is left of a vehicle that is gone."""
     grid = benign()
-    state = case.build(PROFILES).new_state(len(grid.length))
-    case.run(spoofed(grid, 50, 2.0), state=state)
-    state.reset(np.arange(len(grid.length), dtype=np.int32))
-    require(case.run(grid, state=state).bytes() == case.run(grid).bytes(), "a row that is reset begins anew")
+    bench = case.bench(len(grid.length))
+    case.run(spoofed(grid, 50, 2.0), bench=bench)
+    bench.reset(np.arange(len(grid.length), dtype=np.int32))
+    require(case.run(grid, bench=bench).bytes() == case.run(grid).bytes(), "a row that is reset begins anew")
 
 
 def a_row_that_is_copied_goes_on_like_the_original(case: DetectorCase) -> None:
     """Hold that all state is in the arrays: a track is forked by copying them."""
     grid = benign()
-    detector = case.build(PROFILES)
-    state = detector.new_state(len(grid.length))
-    case.run(spoofed(grid, 50, 2.0), steps=120, state=state)
-    state.copy(np.asarray([3], np.int32), np.asarray([5], np.int32))
-    seen, threshold = take(observe(grid, 120), [3]), np.asarray([case.threshold])
-    original = ask(detector, state, seen, threshold)
-    fork = ask(detector, state, seen._replace(rows=np.asarray([5], np.int32)), threshold)
+    bench = case.bench(len(grid.length))
+    case.run(spoofed(grid, 50, 2.0), steps=120, bench=bench)
+    bench.copy(np.asarray([3], np.int32), np.asarray([5], np.int32))
+    seen = take(observe(grid, 120), [3])
+    original = case.ask(bench, seen)
+    fork = case.ask(bench, seen._replace(rows=np.asarray([5], np.int32)))
     require(original.bytes() == fork.bytes(), "a copied row goes on like the original; all state is in its arrays")
 
 
@@ -241,18 +268,17 @@ def no_score_depends_on_later_data(case: DetectorCase) -> None:
 def only_observed_rows_change(case: DetectorCase) -> None:
     """Hold that the state of others is left alone."""
     grid = benign()
-    detector = case.build(PROFILES)
-    state = detector.new_state(len(grid.length))
-    case.run(grid, steps=40, state=state)
-    before = _bytes_of(state)
-    ask(detector, state, take(observe(grid, 40), [0]), np.asarray([case.threshold]))
-    require(_bytes_of(state) == before, "only the state of observed rows changes")
+    bench = case.bench(len(grid.length))
+    case.run(grid, steps=40, bench=bench)
+    before = _bytes_of(bench.state)
+    case.ask(bench, take(observe(grid, 40), [0]))
+    require(_bytes_of(bench.state) == before, "only the state of observed rows changes")
 
 
 def an_absurd_residual_stays_finite(case: DetectorCase) -> None:
     """Hold that a residual of 1,000 km, either way, is scored with a number."""
     for offset_m in (1e6, -1e6):
-        require(np.isfinite(case.run(spoofed(clean(2, 40), 20, offset_m)).statistic).all(), "a statistic is finite")
+        require(np.isfinite(case.run(spoofed(noiseless(2, 40), 20, offset_m)).statistic).all(), "a statistic is finite")
 
 
 def a_bias_of_ten_scales_alarms_on_every_vehicle(case: DetectorCase) -> None:
@@ -267,7 +293,7 @@ def a_bias_of_ten_scales_alarms_on_every_vehicle(case: DetectorCase) -> None:
 def a_larger_bias_is_more_anomalous(case: DetectorCase) -> None:
     """Hold that a statistic grows with the bias, on either side, beyond what may be taken for normal."""
     for side in (-1.0, 1.0):
-        grids = [spoofed(clean(1, 60), 40, side * bias * SCALE_M) for bias in (0.0, 2.0 * case.slack, 5.0)]
+        grids = [spoofed(noiseless(1, 60), 40, side * bias * SCALE_M) for bias in (0.0, 2.0 * case.slack, 5.0)]
         peaks = [replace(case, threshold=np.inf).run(grid).statistic[40:46].max() for grid in grids]
         require(peaks[0] < peaks[1] < peaks[2], "a larger bias is more anomalous, on either side")
 
@@ -275,7 +301,7 @@ def a_larger_bias_is_more_anomalous(case: DetectorCase) -> None:
 def an_alarm_ends_soon_after_the_attack(case: DetectorCase) -> None:
     """Hold that an alarm lasts as long as the bias, and no more than a second longer."""
     for side in (-1.0, 1.0):
-        grid = clean(1, 400)
+        grid = noiseless(1, 400)
         grid.residual_m[100:300] = side * 8.0 * SCALE_M
         alarm = case.run(grid).alarm
         require(alarm[110:300].all(), "an alarm lasts while there is a bias of eight scales")
@@ -305,16 +331,16 @@ def a_long_gap_forgets_and_a_short_one_does_not(case: DetectorCase) -> None:
     require(case.run(with_gap(short)).scored[100 + short], "a gap of less than GAP_S does not empty a window")
 
 
-def _bytes_of(state: Rows) -> list[bytes]:
+def _bytes_of(state: Table[Any]) -> list[bytes]:
     """Return the state of all rows but the first."""
-    return [np.ascontiguousarray(array[1:]).tobytes() for _, array in state._arrays()]
+    return [np.ascontiguousarray(array[1:]).tobytes() for array in state.arrays()]
 
 
 DETECTOR_CHECKS: tuple[Callable[[DetectorCase], None], ...] = (
     answers_have_shapes_types_and_masks,
     an_alarm_is_a_statistic_over_the_threshold,
     the_same_input_gives_the_same_bytes_for_any_threads,
-    the_batch_equals_a_loop_of_singles,
+    a_batch_equals_a_loop_of_singles,
     a_large_batch_equals_small_ones,
     the_order_of_rows_does_not_matter,
     mixed_profiles_answer_as_each_alone,

@@ -9,7 +9,7 @@ from gpsec.core import shipped
 from gpsec.core.errors import GpsecError, nearest, shown
 from gpsec.core.threads import cores
 from gpsec.detection.logs import ResidualLog
-from gpsec.detection.models import MATCHINGS, ProfileModel, bundled, load, save
+from gpsec.detection.models import MATCHINGS, ProfileModel, bundled, load_models, save
 from gpsec.detection.registry import DETECTORS
 from gpsec.detection.training import SETTLE_S, merged, related, train_one
 from gpsec.scenario.outside import load_parts
@@ -169,7 +169,7 @@ def _ignore(progress: TrainingProgress) -> None:
 
 def _former(out: Path, *, whole: bool) -> dict[tuple[str, str], ProfileModel]:
     """Return the models that what is not trained is taken from, with their arrays read."""
-    found = load(out) if out.is_dir() and any(out.iterdir()) else bundled() if whole else {}
+    found = load_models(out) if out.is_dir() and any(out.iterdir()) else bundled() if whole else {}
     return {key: replace(model, learned=dict(model.learned)) for key, model in found.items()}
 
 

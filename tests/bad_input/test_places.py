@@ -7,7 +7,7 @@ import pytest
 
 import gpsec
 from gpsec.core.errors import GpsecError
-from gpsec.detection.models import build_detectors, load
+from gpsec.detection.models import build_detectors, load_models
 from gpsec.hdmap.map import load_map
 from gpsec.running.folders import resolved
 
@@ -25,7 +25,7 @@ def test_damaged_thresholds(here: Path, content: bytes) -> None:
     shutil.copytree(Path(gpsec.__file__).parent / "models", here / "models")
     (here / "models" / "thresholds.json").write_bytes(content)
     with pytest.raises(GpsecError, match=r"models/thresholds\.json: .*gpsec train"):
-        load(here / "models")
+        load_models(here / "models")
 
 
 @pytest.mark.parametrize("share", [0.0, 0.5, 0.99])
@@ -34,7 +34,7 @@ def test_damaged_arrays(here: Path, share: float) -> None:
     arrays = here / "models" / "carla-tracked.npz"
     arrays.write_bytes(arrays.read_bytes()[: int(share * arrays.stat().st_size)])
     with pytest.raises(GpsecError, match=r"models/carla-tracked\.npz: damaged"):
-        build_detectors(LEARNED, ("carla",), "tracked", load(here / "models"))
+        build_detectors(LEARNED, ("carla",), "tracked", load_models(here / "models"))
 
 
 def test_damaged_map_is_made_again(here: Path, grid: str) -> None:

@@ -8,20 +8,22 @@ import numpy as np
 import pytest
 from sklearn.svm import OneClassSVM
 
-from gpsec.detection.base import LabelledDetector, Verdict
+from gpsec.core.tables import Table
+from gpsec.detection.base import LabelledDetector
 from gpsec.detection.bounds import Oracle
 from gpsec.detection.models import build_detectors, thresholds_for
 from gpsec.detection.plain import WindowDetector
 from gpsec.detection.registry import DETECTORS
 from gpsec.testing import DETECTOR_CHECKS, BrokenContractError, check_detector
 from gpsec.testing.detectors import (
-    PROFILES,
+    CASE_PROFILES,
     DetectorCase,
     a_long_gap_forgets_and_a_short_one_does_not,
     an_alarm_ends_soon_after_the_attack,
     benign,
     spoofed,
 )
+from gpsec.types.answers import Answers
 
 NAMES = [name for name in DETECTORS if name != Oracle.name]
 # Sums stay at 0 below their slack, which is larger where the network expects errors that last.
@@ -62,17 +64,16 @@ def test_it_keeps_the_contract(name, check, models):
 
 
 def test_oracle_is_told_the_truth():
-    (oracle,) = build_detectors(["oracle"], PROFILES, "tracked", {})
+    (oracle,) = build_detectors(["oracle"], CASE_PROFILES, "tracked", {})
     assert isinstance(oracle, LabelledDetector)
     attacked = np.asarray([True, False, True])
     rows = np.asarray([2, 0, 3], np.int32)
-    verdict = Verdict.blank(4)
-    oracle.update(rows, attacked, verdict)
-    statistic, scored, alarm = verdict.at(rows)
-    assert alarm.tolist() == [True, False, True]
-    assert statistic.tolist() == [1.0, 0.0, 1.0]
-    assert scored.all()
-    assert not any(column[1, 0] for column in verdict[:3])
+    answers = Table(Answers, 4, detectors=2, defences=0).now
+    oracle.update(rows, attacked, answers, 1)
+    assert answers.alarm[rows, 1].tolist() == [True, False, True]
+    assert answers.statistic[rows, 1].tolist() == [1.0, 0.0, 1.0]
+    assert answers.scored[rows, 1].all()
+    assert not any(column[1, 1] or column[:, 0].any() for column in answers[:3])
 
 
 def test_never_is_silent(models):
@@ -118,9 +119,9 @@ def test_a_detector_in_plain_numpy_and_one_of_scikit_learn_keep_the_contract():
 class Forgets(Mean):
     name: ClassVar[str] = "forgets"
 
-    def update(self, state, observation, threshold, verdict, threads=None):
-        super().update(state, observation, threshold, verdict, threads)
-        verdict.alarm[observation.rows, verdict.column] &= observation.valid
+    def update(self, state, seen, threshold, answers, column, threads=None):
+        super().update(state, seen, threshold, answers, column, threads)
+        answers.alarm[seen.rows, column] &= seen.valid
 
 
 class Crowd(Mean):
@@ -144,9 +145,9 @@ class Hoards(Mean):
 class Elsewhere(Mean):
     name: ClassVar[str] = "elsewhere"
 
-    def update(self, state, observation, threshold, verdict, threads=None):
-        super().update(state, observation, threshold, verdict, threads)
-        verdict.scored[:, 0] = False
+    def update(self, state, seen, threshold, answers, column, threads=None):
+        super().update(state, seen, threshold, answers, column, threads)
+        answers.scored[:, 0] = True
 
 
 class NotANumber(Mean):

@@ -7,7 +7,7 @@ from filterpy.kalman import KalmanFilter
 
 from gpsec.detection import whitening
 from gpsec.detection.cusum import Cusum
-from gpsec.testing.detectors import ask
+from gpsec.testing.detectors import Bench
 from gpsec.testing.residuals import make_log
 
 from .test_chi_square import observe
@@ -19,9 +19,9 @@ def plain(**changes):
 
 def drive(detector, values, threshold=100.0):
     """Return the statistic and alarm for residuals in units of the scale, which is 0.5 m."""
-    state = detector.new_state(1)
-    verdicts = [ask(detector, state, observe(0.5 * z), np.asarray([threshold])) for z in values]
-    return [float(v.statistic[0]) for v in verdicts], [bool(v.alarm[0]) for v in verdicts], state
+    bench = Bench(detector, 1)
+    verdicts = [bench.ask(observe(0.5 * z), np.asarray([threshold])) for z in values]
+    return [float(v.statistic[0]) for v in verdicts], [bool(v.alarm[0]) for v in verdicts], bench.state.now
 
 
 def test_sums_by_hand_without_a_slow_part():
@@ -64,12 +64,12 @@ def test_innovation_is_that_of_a_kalman_filter():
 def test_after_a_gap_the_sums_begin_anew_unless_an_alarm_goes_on(threshold, expected):
     """A sample of 1 less the slack of 0.5, on nothing; or on the cap of 4 + 3·0.5, at which the alarm stood."""
     detector = plain()
-    state = detector.new_state(1)
+    bench = Bench(detector, 1)
     for z in (4.0, 4.0):
-        ask(detector, state, observe(0.5 * z), np.asarray([threshold]))
+        bench.ask(observe(0.5 * z), np.asarray([threshold]))
     for _ in range(11):  # over a second, but no longer than an alarm is held
-        ask(detector, state, observe(0.0, valid=False), np.asarray([threshold]))
-    assert ask(detector, state, observe(0.5), np.asarray([threshold])).statistic[0] == pytest.approx(expected)
+        bench.ask(observe(0.0, valid=False), np.asarray([threshold]))
+    assert bench.ask(observe(0.5, elapsed_steps=12), np.asarray([threshold])).statistic[0] == pytest.approx(expected)
 
 
 def test_estimate_of_the_slow_part_is_bounded():
@@ -87,7 +87,7 @@ def test_in_alarm_an_implausible_residual_is_not_learned():
 
 def test_whitening_finds_the_parameters_of_the_noise():
     log = make_log(80, 900, seed=6, white=0.5, slow=0.8, tau_s=20.0, chord_m=0.0)
-    found = whitening.learn([log], seed=0)
+    found = whitening.learn_whitening([log], seed=0)
     assert abs(found["white"] - 0.5) < 0.02
     assert abs(found["slow"] - 0.8) < 0.1
     assert 14.0 < found["tau_s"] < 28.0

@@ -1,4 +1,13 @@
+"""What the docs say of detectors is so, and their guide leads to one that works."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
 from pathlib import Path
+
+import pytest
 
 from gpsec.detection import forest_training
 from gpsec.detection.alarm import GAP_S, HOLD_S
@@ -11,8 +20,12 @@ from gpsec.detection.lstm import DECAYS, Lstm
 from gpsec.detection.lstm_cell import HIDDEN
 from gpsec.detection.lstm_cusum import LstmCusum
 from gpsec.detection.registry import DETECTORS
+from gpsec.scenario import parts
+from gpsec.testing import check_detector
 
-DOCS = Path(__file__).parents[2] / "docs"
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+GUIDE = (DOCS / "adding-a-detector.md").read_text(encoding="utf-8")
 
 
 def test_parameters_in_the_docs_are_those_of_the_code():
@@ -33,3 +46,59 @@ def test_parameters_in_the_docs_are_those_of_the_code():
     ]
     assert [phrase for phrase in stated if phrase not in text] == []
     assert (MIN_EVENTS, MAX_ROUNDS) == (10.0, 8)  # "fewer than ten events", "eight runs"
+
+
+def _block(after: str, language: str = "") -> str:
+    match = re.search(rf"{re.escape(after)}.*?```{language}\n(.*?)```", GUIDE, re.DOTALL)
+    assert match
+    return match[1]
+
+
+def _follow(clone: Path) -> None:
+    """Do in a copy of the sources what the guide says."""
+    (clone / "gpsec" / "detection" / "smooth.py").write_text(_block("## 1. The file", "python"), encoding="utf-8")
+    registry = clone / "gpsec" / "detection" / "registry.py"
+    entry = _block("## 2. The registry").strip()
+    text = registry.read_text(encoding="utf-8")
+    bound = "        Oracle.name: Entry("
+    assert bound in text
+    text = text.replace(bound, f"        {entry}\n{bound}").replace(
+        "\n\n\n@dataclass", "\nfrom gpsec.detection.smooth import Smooth\n\n\n@dataclass", 1
+    )
+    registry.write_text(text, encoding="utf-8")
+    page = clone / "docs" / "detection.md"
+    row = _block("## 3. The docs")
+    page.write_text(page.read_text(encoding="utf-8").replace("| `oracle` |", f"{row}| `oracle` |", 1), encoding="utf-8")
+
+
+def test_the_example_of_the_guide_keeps_the_contract(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for of in ("_parts", "_modules"):
+        monkeypatch.setattr(DETECTORS, of, dict(getattr(DETECTORS, of)))
+    monkeypatch.setattr(parts, "_used", {})
+    file = tmp_path / "smooth.py"
+    file.write_text(_block("## 1. The file", "python"), encoding="utf-8")
+    parts.use([f"{file}:Smooth"])
+    call = re.search(r"`gpsec\.testing\.check_detector\(lambda profiles: Smooth\(\), threshold=(.*?)\)`", GUIDE)
+    assert call
+    check_detector(lambda profiles: DETECTORS["smooth"].build([]), threshold=float(call[1]))
+
+
+@pytest.mark.slow
+def test_the_guide_leads_to_a_detector_that_passes_lint_and_contract(tmp_path: Path) -> None:
+    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True)
+    for name in listed.stdout.splitlines():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(ROOT / name, tmp_path / name)
+    _follow(tmp_path)
+    tests = ["tests/detection/test_contract.py", "tests/detection/test_docs.py"]
+    for command in (
+        ["ruff", "check", "gpsec"],
+        ["ruff", "format", "--check", "gpsec"],
+        ["mypy", "gpsec/detection"],
+        ["pytest", "-q", "-n", "0", "-m", "not slow", "-k", "smooth or parameters", *tests],
+    ):
+        environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
+        command = [sys.executable, "-m", *command]
+        done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout + done.stderr
+    assert "18 passed" in done.stdout

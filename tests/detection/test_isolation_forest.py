@@ -7,7 +7,7 @@ from gpsec.detection import forest_training
 from gpsec.detection.forest import DEEPEST, average_path, join, score
 from gpsec.detection.isolation_forest import FEATURES, WINDOW, IsolationForest
 from gpsec.detection.logs import Grid
-from gpsec.testing.detectors import ask
+from gpsec.testing.detectors import Bench
 from gpsec.testing.residuals import make_log
 
 
@@ -40,8 +40,8 @@ def test_second_profile_uses_its_own_trees(fitted, rng):
 def test_detector_scores_windows_as_scikit_learn_does(fitted):
     grid = Grid.of([make_log(1, 60, seed=8, gaps=False)])
     detector = IsolationForest.from_learned([forest_training.flatten(fitted)])
-    state = detector.new_state(1)
-    got = [ask(detector, state, grid.observe(t), np.ones(1)).statistic[0] for t in range(60)]
+    bench = Bench(detector, 1)
+    got = [bench.ask(grid.observe(t), np.ones(1)).statistic[0] for t in range(60)]
     assert got[: WINDOW - 1] == [0.0] * (WINDOW - 1)
     u = grid.residual_m[:, 0] / grid.scale_m[0]
     for t in range(WINDOW - 1, 60):

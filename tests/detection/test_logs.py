@@ -47,3 +47,9 @@ def test_logs_that_do_not_belong_together_are_refused():
     log = make_log(2, 5)
     with pytest.raises(GpsecError, match="sorted"):
         Grid.of([log.select(np.arange(len(log.vehicle))[::-1])])
+
+
+def test_steps_since_the_last_residual_are_counted():
+    grid = Grid.of([make_log(1, 7, gaps=False)])
+    grid.valid[:, 0] = [False, True, True, False, False, True, True]
+    assert [int(grid.observe(step).elapsed_steps[0]) for step in range(7)] == [1, 2, 1, 1, 2, 3, 1]

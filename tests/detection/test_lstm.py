@@ -12,7 +12,7 @@ from gpsec.detection.lstm import DECAYS, Lstm
 from gpsec.detection.lstm_cell import HIDDEN, INPUTS, exp32
 from gpsec.detection.lstm_cusum import LstmCusum
 from gpsec.reference.forecast import PlainNetwork
-from gpsec.testing.detectors import ask
+from gpsec.testing.detectors import Bench, take
 from gpsec.testing.residuals import make_log
 
 
@@ -30,7 +30,8 @@ def network():
 def test_every_step_equals_torch(network):
     grid = Grid.of([make_log(3, 150, seed=8)])
     detector = Lstm((lstm_training.to_arrays(network),))
-    state = detector.new_state(3)
+    bench = Bench(detector, 3)
+    state = bench.state.now.forecast
     weights = dict(network.named_parameters())
     cell = torch.nn.LSTMCell(len(INPUTS), HIDDEN)
     with torch.no_grad():
@@ -40,7 +41,7 @@ def test_every_step_equals_torch(network):
             memory, past, errors, previous = None, [0.0] * DELAY, [], None
             for t in range(150):
                 seen = grid.observe(t)
-                one = ask(detector, state, _one(seen, vehicle), np.asarray([np.inf]))
+                one = bench.ask(take(seen, [vehicle]), np.asarray([np.inf]))
                 if not grid.valid[t, vehicle]:
                     continue
                 if previous is not None and t - previous > 10:
@@ -70,12 +71,6 @@ def _squared_mean(errors, decay):
     return float((weights @ errors) ** 2 / (weights @ weights))
 
 
-def _one(seen, row):
-    names = ("rows", "profile", "residual_m", "valid", "scale_m", "speed_mps", "curvature_per_m", "camera_sigma_m")
-    fields = {name: getattr(seen, name)[row : row + 1] for name in names}
-    return type(seen)(**fields, step_s=seen.step_s)
-
-
 @pytest.fixture
 def level(network):
     """A network that expects 0 with a variance of 1 at every scale, whatever it is told."""
@@ -90,11 +85,9 @@ def quiet(vehicles=1, steps=60):
 
 
 def statistics(detector, grid, threshold):
-    state = detector.new_state(len(grid.length))
-    answers = [
-        ask(detector, state, grid.observe(t), np.full(len(grid.length), threshold)) for t in range(len(grid.valid))
-    ]
-    return np.asarray([one.statistic for one in answers]), np.asarray([one.alarm for one in answers]), state
+    bench = Bench(detector, len(grid.length))
+    answers = [bench.ask(grid.observe(t), np.full(len(grid.length), threshold)) for t in range(len(grid.valid))]
+    return np.asarray([one.statistic for one in answers]), np.asarray([one.alarm for one in answers]), bench.state.now
 
 
 def test_statistic_by_hand(level):
@@ -134,7 +127,7 @@ def test_in_alarm_the_network_is_told_its_own_prediction(level, kind, before_ala
     grid.residual_m[30:] = 3.0  # ten scales
     _, _, state = statistics(kind(level), grid, 25.0)
     # The ring holds what was queued in the last 20 steps: the residual as far as the clip lets it, then the prediction.
-    assert sorted(state.queue[0].tolist()) == [0.0] * (20 - before_alarm) + [CLIP] * before_alarm
+    assert sorted(state.forecast.queue[0].tolist()) == [0.0] * (20 - before_alarm) + [CLIP] * before_alarm
 
 
 def test_a_plausible_residual_is_believed_even_in_alarm(level):
@@ -143,7 +136,7 @@ def test_a_plausible_residual_is_believed_even_in_alarm(level):
     grid.residual_m[40:] = 0.3  # one scale
     _, alarm, state = statistics(LstmCusum(level, margin=20.0), grid, 25.0)
     assert alarm[40:].all()
-    assert sorted(state.queue[0].tolist()) == pytest.approx([0.0] * 10 + [1.0] * 10)
+    assert sorted(state.forecast.queue[0].tolist()) == pytest.approx([0.0] * 10 + [1.0] * 10)
 
 
 def test_exponential():
@@ -155,7 +148,7 @@ def test_exponential():
 def test_training_is_deterministic(monkeypatch):
     monkeypatch.setattr(lstm_training, "EPOCHS", 2)
     logs = [make_log(16, 200, seed=3)]
-    first, second, other = (lstm_training.learn(logs, seed) for seed in (5, 5, 6))
+    first, second, other = (lstm_training.learn_lstm(logs, seed) for seed in (5, 5, 6))
     assert {k: a.tobytes() for k, a in first.items()} == {k: a.tobytes() for k, a in second.items()}
     assert first["weight"].tobytes() != other["weight"].tobytes()
 

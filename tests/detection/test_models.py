@@ -7,7 +7,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from gpsec.core.errors import GpsecError
-from gpsec.detection.models import build_detectors, load, save, thresholds_for
+from gpsec.detection.models import build_detectors, load_models, save, thresholds_for
 from gpsec.detection.registry import DETECTORS
 
 NAMES = list(DETECTORS)
@@ -24,7 +24,7 @@ def as_json(content):
 
 
 def test_round_trip(model, folder):
-    loaded = load(folder)["carla", "tracked"]
+    loaded = load_models(folder)["carla", "tracked"]
     assert loaded.thresholds == model.thresholds
     assert set(loaded.learned) == set(model.learned)
     for name, arrays in model.learned.items():
@@ -37,13 +37,13 @@ def test_round_trip(model, folder):
 
 def test_same_models_give_same_bytes(model, folder, tmp_path):
     other = tmp_path / "again"
-    save(load(folder), other)
+    save(load_models(folder), other)
     for path in other.iterdir():
         assert path.read_bytes() == (folder / path.name).read_bytes()
 
 
 def test_detectors_and_thresholds_come_by_name(folder):
-    models = load(folder)
+    models = load_models(folder)
     detectors = build_detectors(NAMES, ["carla", "carla"], "tracked", models)
     assert [d.name for d in detectors] == NAMES
     table = thresholds_for(NAMES, ["carla", "carla"], "tracked", "1e-3/sample", models)
@@ -63,7 +63,7 @@ def test_detectors_and_thresholds_come_by_name(folder):
 )
 def test_unknown_choices_are_named(folder, names, profile, matching, rate, message):
     with pytest.raises(GpsecError, match=message):
-        thresholds_for(names, [profile], matching, rate, load(folder))
+        thresholds_for(names, [profile], matching, rate, load_models(folder))
 
 
 @pytest.mark.parametrize("name", ["thresholds.json", "provenance.json", "carla-tracked.npz"])
@@ -74,20 +74,20 @@ def test_missing_and_damaged_files_are_named(folder, name, content):
     else:
         (folder / name).write_bytes(content)
     with pytest.raises(GpsecError, match=name):
-        build_detectors(["lstm"], ["carla"], "tracked", load(folder))
+        build_detectors(["lstm"], ["carla"], "tracked", load_models(folder))
 
 
 def test_truncated_arrays_are_named(folder):
     path = folder / "carla-tracked.npz"
     path.write_bytes(path.read_bytes()[:2000])
     with pytest.raises(GpsecError, match=r"carla-tracked\.npz"):
-        build_detectors(["lstm"], ["carla"], "tracked", load(folder))
+        build_detectors(["lstm"], ["carla"], "tracked", load_models(folder))
 
 
 def test_pickles_are_refused(folder):
     np.savez(folder / "carla-tracked.npz", **{"lstm.weight": np.asarray([{"a": 1}], dtype=object)})
     with pytest.raises(GpsecError, match=r"carla-tracked\.npz"):
-        build_detectors(["lstm"], ["carla"], "tracked", load(folder))
+        build_detectors(["lstm"], ["carla"], "tracked", load_models(folder))
 
 
 def test_damaged_thresholds_are_named(folder):
@@ -96,7 +96,7 @@ def test_damaged_thresholds_are_named(folder):
     document["models"]["carla"]["tracked"]["1e-3/sample"]["lstm"] = {"threshold": "high"}
     path.write_text(json.dumps(document))
     with pytest.raises(GpsecError, match=r"thresholds\.json"):
-        load(folder)
+        load_models(folder)
 
 
 @pytest.mark.parametrize(
@@ -115,7 +115,7 @@ def test_what_was_changed_by_hand_is_refused(folder, name, old, new):
     assert old in path.read_text()
     path.write_text(path.read_text().replace(old, new, 1))
     with pytest.raises(GpsecError, match=f"{name}: damaged .it was changed"):
-        load(folder)
+        load_models(folder)
 
 
 def test_arrays_of_other_models_are_refused(model, folder, tmp_path):
@@ -125,7 +125,7 @@ def test_arrays_of_other_models_are_refused(model, folder, tmp_path):
     save({("carla", "tracked"): replace(model, learned=learned)}, other)
     (other / "carla-tracked.npz").replace(folder / "carla-tracked.npz")
     with pytest.raises(GpsecError, match=r"carla-tracked.npz: damaged \(it is not the one that thresholds.json"):
-        build_detectors(["cusum"], ["carla"], "tracked", load(folder))
+        build_detectors(["cusum"], ["carla"], "tracked", load_models(folder))
 
 
 @settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -143,8 +143,8 @@ def test_models_are_what_they_were_or_refused(model, folder, name, place, byte, 
     path.write_bytes(content[: place % len(content)] if cut else content)
     said = ""
     try:
-        loaded = load(folder)["carla", "tracked"]
-        build_detectors(NAMES, ["carla"], "tracked", load(folder))
+        loaded = load_models(folder)["carla", "tracked"]
+        build_detectors(NAMES, ["carla"], "tracked", load_models(folder))
     except GpsecError as error:
         said = str(error)
     finally:

@@ -100,6 +100,15 @@ def test_a_sample_is_compared_once(road):
     assert ride.go(False, True) is not None
 
 
+def test_steps_since_the_last_residual_are_counted(road):
+    ride = Ride(road, 0.1)
+    elapsed = []
+    for camera in (False, True, True, False, False, True, True):
+        ride.go(True, camera)
+        elapsed.append(int(ride.pending.elapsed_steps[0]))
+    assert elapsed == [1, 2, 1, 1, 2, 3, 1]
+
+
 @pytest.mark.parametrize(("late", "formed"), [(10, True), (11, False)])
 def test_a_sample_older_than_a_period_is_not_compared(road, late, formed):
     for first in ("fix", "camera"):

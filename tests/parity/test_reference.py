@@ -11,7 +11,6 @@ from sklearn.ensemble import IsolationForest as SklearnForest
 import gpsec.reference
 from gpsec.core.errors import GpsecError
 from gpsec.core.kernels import Compiled
-from gpsec.detection.alarm import AlarmState
 from gpsec.detection.base import Detector
 from gpsec.detection.forest_training import flatten
 from gpsec.detection.lstm_training import ResidualLstm, to_arrays
@@ -65,9 +64,9 @@ class Unheard(Detector):
     name = "unheard"
 
     def new_state(self, capacity):
-        return AlarmState.empty(capacity)
+        raise NotImplementedError
 
-    def update(self, state, observation, threshold, threads=None):
+    def update(self, state, seen, threshold, answers, column, threads=None):
         raise NotImplementedError
 
 

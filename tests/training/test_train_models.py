@@ -6,7 +6,7 @@ from gpsec import cli
 from gpsec.console.train import display
 from gpsec.core import shipped
 from gpsec.detection.calibration import Calibrated
-from gpsec.detection.models import ProfileModel, load
+from gpsec.detection.models import ProfileModel, load_models
 from gpsec.detection.training import merged, related
 from gpsec.training import NETWORKS
 from gpsec.training.pool import Pool
@@ -80,7 +80,7 @@ def test_one_detector_and_one_profile_are_trained_by_themselves(tmp_path, capsys
     chosen = ["--networks", "mountain", "--detector", "cusum", "--profile", "dsd"]
     assert cli.main(["train", *chosen, "--out", str(tmp_path / "made")]) == 0
     assert "2 models in" in capsys.readouterr().out
-    made = load(tmp_path / "made")
+    made = load_models(tmp_path / "made")
     assert set(made) == {("dsd", "tracked"), ("dsd", "nearest")}
     assert list(made["dsd", "tracked"].learned) == ["cusum"]
     run = ["run", "slow_curve", "--duration", "20", "--profile", "dsd", "--no-report", "--out", str(tmp_path / "run")]
