@@ -13,7 +13,7 @@ from benchmarks import engines, growth, overhead, scale, startup
 from benchmarks.bench import Bench
 from benchmarks.city import ROOT
 from benchmarks.processes import RunFailedError
-from benchmarks.store import Book
+from benchmarks.store import FigureStore
 
 GROUPS = (overhead, engines, scale, growth, startup)
 FIGURES = tuple(figure for group in GROUPS for figure in group.FIGURES)
@@ -33,30 +33,30 @@ def main(arguments: list[str] | None = None) -> int:
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # ends what is running, too
     console = Console(emoji=False)
     wanted = set(options.only or KEYS)
-    book = Book(options.out, FIGURES, options.quick)
+    store = FigureStore(options.out, FIGURES, options.quick)
     status = 0
     try:
         with tempfile.TemporaryDirectory() as work:
             bench = Bench(options.runs or (1 if options.quick else 5), options.quick, Path(work), console)
             for group in GROUPS:
                 if not wanted.isdisjoint(figure.key for figure in group.FIGURES):
-                    status |= _measure(group, bench, wanted, book)
+                    status |= _measure(group, bench, wanted, store)
     except KeyboardInterrupt:
         console.print("interrupted")
         status = INTERRUPTED
-    for table in book.tables(wide=console.width >= WIDE):
+    for table in store.tables(wide=console.width >= WIDE):
         console.print(table)
     console.print(f"written to {options.out}", highlight=False)
     return status
 
 
-def _measure(group: ModuleType, bench: Bench, wanted: set[str], book: Book) -> int:
+def _measure(group: ModuleType, bench: Bench, wanted: set[str], store: FigureStore) -> int:
     """Measure a group; return whether something broke, which leaves the other groups alone."""
     bench.console.print(f"[bold]{group.__doc__}[/]", highlight=False, soft_wrap=True)
     try:
         for made in group.measure(bench, wanted):
             kept = {key: sample for key, sample in made.items() if key in wanted}
-            book.add(kept, bench.stages)
+            store.add(kept, bench.stages)
             line = ", ".join(f"{key} {sample.value:.3g}" for key, sample in kept.items())
             bench.console.print(f"  → {line}", highlight=False, soft_wrap=True)
     except RunFailedError as error:

@@ -22,7 +22,7 @@ def main() -> None:
     parser.add_argument("--vehicles", type=int, default=1000, metavar="N", help="to make of the recording")
     options = parser.parse_args()
     # Here, and not above: the process of SUMO, which imports this module again, needs none of it.
-    from benchmarks.synthetic_traffic import Crowd
+    from benchmarks.synthetic_traffic import SyntheticTraffic
     from gpsec.core.progress import Progress
     from gpsec.pipeline.run import run_scenario
     from gpsec.scenario import load_scenario
@@ -41,8 +41,8 @@ def main() -> None:
         if options.recording:
             recording = recorded_traffic(options.recording, sumo_options(scenario).net_file)
             # Once with a few, so that no stage of the run that counts has to fetch its machine code.
-            run_scenario(scenario, Path(folder), lambda progress: None, partial(Crowd, recording, FEW))
-            run_scenario(scenario, Path(folder), report, partial(Crowd, recording, options.vehicles))
+            run_scenario(scenario, Path(folder), lambda progress: None, partial(SyntheticTraffic, recording, FEW))
+            run_scenario(scenario, Path(folder), report, partial(SyntheticTraffic, recording, options.vehicles))
         else:
             run_scenario(scenario, Path(folder), report)
         manifest = json.loads((Path(folder) / "manifest.json").read_text(encoding="utf-8"))

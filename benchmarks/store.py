@@ -18,7 +18,7 @@ from gpsec.core.threads import cores
 PACKAGES = ("libsumo", "numba", "numpy")
 
 
-class Book:
+class FigureStore:
     """The figures so far; the file is whole after every round.
 
     Figures of earlier calls stay, as long as they were measured on the same machine in the same way; each has the

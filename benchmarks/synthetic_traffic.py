@@ -17,7 +17,7 @@ from gpsec.traffic.recording import RecordedTraffic, Recording, record
 from gpsec.traffic.source import Departure, Equip, Frame
 
 
-class Crowd(OfflineTraffic):
+class SyntheticTraffic(OfflineTraffic):
     """A recording of N vehicles as traffic of any number; implements `gpsec.pipeline.run.Traffic`.
 
     Vehicles of the lowest rows are taken, as often as it needs to reach the number, under other ids: with other
@@ -40,12 +40,12 @@ class Crowd(OfflineTraffic):
         self.step_s = self._source.step_s
 
     def frames(self, duration_s: float | None = None) -> Iterator[Frame]:
-        """Yield the frames of the crowd."""
+        """Yield the frames of this traffic."""
         for frame in self._source.frames(duration_s):
             before = perf_counter()
-            crowd = self._multiplied(frame)
+            several = self._multiplied(frame)
             self.read_s += perf_counter() - before
-            yield crowd
+            yield several
 
     def _multiplied(self, frame: Frame) -> Frame:
         kept = frame.rows < self._kept
@@ -73,6 +73,8 @@ def everybody(departure: Departure) -> bool:
 
 def main() -> None:
     """Record the traffic of a configuration."""
+    # SUMO's process does not import the main module, so that a function of it cannot be sent there.
+    from benchmarks import synthetic_traffic
     from gpsec.hdmap.map import load_map
     from gpsec.traffic.recordingfile import on_net, save_recording
     from gpsec.traffic.remote import RemoteSession
@@ -80,7 +82,7 @@ def main() -> None:
     sumocfg, seconds, target = sys.argv[1:]
     options = resolve_options(Path(sumocfg), seed=1)
     hd_map = load_map(options.net_file, ())
-    with RemoteSession(options, hd_map.lane_index, everybody) as session:
+    with RemoteSession(options, hd_map.lane_index, synthetic_traffic.everybody) as session:
         recording = record(session, float(seconds))
     save_recording(recording, Path(target), on_net(options.net_file, len(hd_map.lane_ids)))
 

@@ -20,7 +20,6 @@ ALLOWED: set[str] = {
     "INTERRUPTED",
     "STEPS",
     "check",
-    "check_lines",
     "clean",
     "demand",
     "display",

@@ -11,7 +11,7 @@ from gpsec.core.errors import GpsecError, shown
 from gpsec.core.system import refusal
 from gpsec.opendrive.check import CHECK_SPACING_M, Check, MapDeviation, check_lanes
 from gpsec.opendrive.georeference import set_georeference, turn_map
-from gpsec.opendrive.lanes import IMPORTED, centre_lines, check_lines
+from gpsec.opendrive.lanes import IMPORTED, centre_lines, check_centre_lines
 from gpsec.opendrive.lefthand import map_keeps_left, mirror_map, mirror_net
 from gpsec.opendrive.lengths import DIFFERS_SHARE, differing
 from gpsec.opendrive.mend import describe_net, mend_net
@@ -24,7 +24,7 @@ from gpsec.opendrive.reshape import SPACING_M, reshape
 from gpsec.opendrive.road import Road
 from gpsec.opendrive.sections import order_lanes
 from gpsec.opendrive.simplify import simplify
-from gpsec.opendrive.source import NO_LIMIT_MPS, spell_out_speeds
+from gpsec.opendrive.speeds import NO_LIMIT_MPS, spell_out_speeds
 from gpsec.opendrive.spelling import leave_out_reversed, named, spell_out
 from gpsec.opendrive.tidy import give_extent, thin_out
 from gpsec.sumo.netconvert import Converted
@@ -86,7 +86,7 @@ def import_map(
     lines = list(centre_lines(map_roads, CHECK_SPACING_M))
     if not lines:
         raise GpsecError(f"{map_file}: expected at least one lane that traffic drives on, found none")
-    check_lines(lines, map_file)
+    check_centre_lines(lines, map_file)
     mended = [*spelt, *([turned] if turned else []), *leave_out_reversed(map_roads)]
     mended += _prepare(root, map_roads, origin_deg)
     names = rename_for_netconvert(root)

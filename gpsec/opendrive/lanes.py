@@ -138,7 +138,7 @@ def _evenly(station: Floats, points: Floats, spacing_m: float) -> Floats:
     return even
 
 
-def check_lines(lines: list[CentreLine], map_file: Path) -> None:
+def check_centre_lines(lines: list[CentreLine], map_file: Path) -> None:
     """Check that lanes are where roads can be, and as wide as one can be.
 
     Raises:

@@ -10,7 +10,7 @@ from gpsec.core.progress import Progress, Report
 from gpsec.outcomes.paper import TABLES_II_TO_IV
 from gpsec.outcomes.tables import whole
 from gpsec.paper import figures, page, pool, tables
-from gpsec.paper.benign import TABLE, evaluate, gather
+from gpsec.paper.filter_consistency import TABLE, evaluate, gather
 from gpsec.paper.pinning import pin
 from gpsec.paper.runs import Runs, run_missing, write_runs
 from gpsec.paper.studies import CONSTANT_BIAS, CROWDED, EVALUATION, FURTHER_RATES, SET_UPS, STEALTH, TRAINING, Studies

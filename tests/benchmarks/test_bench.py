@@ -12,8 +12,8 @@ from benchmarks import bench, city
 from benchmarks.__main__ import FIGURES, main
 from benchmarks.city import City
 from benchmarks.figures import Figure, Sample
-from benchmarks.store import Book
-from benchmarks.synthetic_traffic import Crowd, everybody
+from benchmarks.store import FigureStore
+from benchmarks.synthetic_traffic import SyntheticTraffic, everybody
 from gpsec.hdmap.map import load_map
 from gpsec.traffic.options import resolve_options
 from gpsec.traffic.recording import Recording, record
@@ -65,12 +65,12 @@ def test_a_city_is_built_once_and_again_when_it_changes(hamlet):
 
 
 @pytest.mark.parametrize("count", [10, 500])
-def test_a_crowd_is_as_large_as_asked_and_its_vehicles_are_those_of_the_recording(hamlet, recording, count):
-    crowd = Crowd(recording, count, resolve_options(hamlet.sumocfg, seed=1), {}, everybody)
+def test_synthetic_traffic_is_as_large_as_asked_and_its_vehicles_are_those_of_the_recording(hamlet, recording, count):
+    traffic = SyntheticTraffic(recording, count, resolve_options(hamlet.sumocfg, seed=1), {}, everybody)
     at_once = recording.frame(0)
     places = {tuple(front) for front in at_once.front_m.tolist()}
     on_road: dict[int, str] = {}
-    for frame in crowd.frames():
+    for frame in traffic.frames():
         for row in frame.left:
             del on_road[row]
         on_road |= {departure.row: departure.vehicle_id for departure in frame.departures}
@@ -92,13 +92,13 @@ def test_a_goal_is_met_up_to_its_bound(goal, at_least, value, met):
     assert Figure("key", "what").met(value) is None
 
 
-def test_the_book_has_median_extremes_and_samples_and_keeps_other_figures(tmp_path):
+def test_the_store_has_median_extremes_and_samples_and_keeps_other_figures(tmp_path):
     path = tmp_path / "results" / "bench.json"
     one, other = Figure("one", "what", 2.0), Figure("other", "what")
-    first = Book(path, (one, other), quick=False)
+    first = FigureStore(path, (one, other), quick=False)
     for value in (3.0, 1.0, 5.0):
         first.add({"one": Sample(value, {"made_of": value})}, {"read": [value]})
-    second = Book(path, (one, other), quick=False)
+    second = FigureStore(path, (one, other), quick=False)
     second.add({"other": Sample(7.0)}, {})
     content = json.loads(path.read_text())
     entry = content["figures"]["one"]
@@ -107,11 +107,11 @@ def test_the_book_has_median_extremes_and_samples_and_keeps_other_figures(tmp_pa
     assert entry["of"][0] == {"made_of": 3.0}
     assert (entry["goal"], entry["met"]) == ("≤ 2", False)
     assert content["figures"]["other"]["samples"] == [7.0]
-    Book(path, (one, other), quick=False).add({"one": Sample(1.5)}, {})
+    FigureStore(path, (one, other), quick=False).add({"one": Sample(1.5)}, {})
     content = json.loads(path.read_text())
     assert content["figures"]["one"]["samples"] == [1.5]
     assert content["figures"]["one"]["met"] is True
-    Book(path, (one, other), quick=True).add({"other": Sample(1.0)}, {})
+    FigureStore(path, (one, other), quick=True).add({"other": Sample(1.0)}, {})
     assert list(json.loads(path.read_text())["figures"]) == ["other"]
 
 
