@@ -7,7 +7,7 @@ from contextlib import suppress
 from pathlib import Path
 from types import FrameType
 
-from gpsec.console.complaint import complain
+from gpsec.console.errors import complain
 from gpsec.core.errors import GpsecError, shown
 from gpsec.core.system import refusal
 

@@ -1,5 +1,6 @@
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -12,7 +13,7 @@ from select import select
 import pytest
 
 from gpsec import cli
-from gpsec.console import launch
+from gpsec.console import aftermath
 from gpsec.core.errors import GpsecError
 from gpsec.core.progress import Progress
 from gpsec.running import batch
@@ -60,8 +61,8 @@ def faked(monkeypatch: pytest.MonkeyPatch) -> None:
     """Replace pipeline, summary and report."""
     real = batch.run_scenarios
     monkeypatch.setattr(batch, "run_scenarios", lambda *args: real(*args[:4], fake_run))
-    monkeypatch.setattr(launch, "_show", lambda folder: print(f"tables of {folder.name}"))
-    monkeypatch.setattr(launch, "_report", lambda folder, messages: None)
+    monkeypatch.setattr(aftermath, "_show", lambda folder: print(f"tables of {folder.name}"))
+    monkeypatch.setattr(aftermath, "_report", lambda folder, messages: None)
 
 
 def never_run(*arguments: object) -> None:
@@ -270,7 +271,7 @@ def test_overwrite_replaces_the_run_and_keeps_notes(here: Path, faked: None) -> 
 
 def test_parquet_is_asked_for_by_format(here: Path, faked: None, monkeypatch: pytest.MonkeyPatch) -> None:
     written: list[Path] = []
-    monkeypatch.setattr(launch, "_write_parquet", written.append)
+    monkeypatch.setattr(aftermath, "_write_parquet", written.append)
     make(here, "town")
     assert cli.main(["run", "town", "--out", "a"]) == 0
     assert written == []
@@ -284,7 +285,7 @@ import sys, time
 from pathlib import Path
 sys.path.insert(0, {tests!r})
 from gpsec import cli
-from gpsec.console import launch
+from gpsec.console import aftermath
 from gpsec.running import batch
 from test_cli import write_results
 
@@ -298,8 +299,8 @@ def run(scenario, folder, report):
 if __name__ == "__main__":
     real = batch.run_scenarios
     batch.run_scenarios = lambda *args: real(*args[:4], run)
-    launch._show = lambda folder: None
-    launch._report = lambda folder, messages: None
+    aftermath._show = lambda folder: None
+    aftermath._report = lambda folder, messages: None
     sys.exit(cli.main(["run", "fast", "slow", "--out", "all", "--jobs", "1"]))
 """
 
@@ -334,7 +335,7 @@ HUNG_UP = """
 import os, sys
 sys.path.insert(0, {tests!r})
 from gpsec import cli
-from gpsec.console import launch
+from gpsec.console import aftermath
 from gpsec.running import batch
 from test_cli import write_results
 
@@ -348,8 +349,8 @@ def run(scenario, folder, report):
 if __name__ == "__main__":
     real = batch.run_scenarios
     batch.run_scenarios = lambda *args: real(*args[:4], run)
-    launch._show = lambda folder: None
-    launch._report = lambda folder, messages: None
+    aftermath._show = lambda folder: None
+    aftermath._report = lambda folder, messages: None
     sys.exit(cli.main(["run", "town", "--out", "all"]))
 """
 
@@ -414,7 +415,19 @@ def test_list_shows_a_line_a_part(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out.splitlines()[-1].startswith("town ")
 
 
-@pytest.mark.parametrize("command", [[], ["run"], ["check"], ["list"], ["train"]])
+COMMANDS = [
+    *("run", "report", "verify", "trace", "check", "import", "demand", "list", "new", "clean", "schema", "train"),
+    "paper",
+]
+
+
+def test_all_commands_are_listed_in_order(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["--help"]) == 0
+    listed = re.findall(r"^  ([a-z]+)  ", capsys.readouterr().out.partition("Commands:")[2], re.MULTILINE)
+    assert listed == COMMANDS
+
+
+@pytest.mark.parametrize("command", [[], *([name] for name in COMMANDS)])
 def test_help_has_examples(command: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main([*command, "--help"]) == 0
     shown = capsys.readouterr().out

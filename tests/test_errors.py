@@ -8,9 +8,8 @@ from rich.table import Table
 from rich.text import Text
 
 from gpsec.console.bars import Bars
-from gpsec.console.complaint import complain, say
-from gpsec.console.status import status
-from gpsec.console.terminal import Terminal
+from gpsec.console.errors import complain, say
+from gpsec.console.terminal import Terminal, status
 from gpsec.core.errors import GpsecError, nearest, printable, retold, shown
 from gpsec.core.progress import Progress
 

@@ -15,11 +15,12 @@ LIBSUMO = {"numpy", "libsumo"}  # and what it imports itself
     [
         ("gpsec", HEAVY),
         ("gpsec.cli", HEAVY),
-        ("gpsec.console.launch", HEAVY - {"numpy", "pydantic", "rich"}),
+        ("gpsec.console.commands", HEAVY - {"typer"}),
+        ("gpsec.console.aftermath, gpsec.console.bars, gpsec.running.batch", HEAVY - {"numpy", "pydantic", "rich"}),
         ("gpsec.pipeline.run", TRAINING | {"numba", "libsumo", "rich", "typer"}),
         ("gpsec.traffic.remote, gpsec.traffic.session, gpsec.pipeline.fleet_choice", HEAVY - LIBSUMO),
     ],
-    ids=["package", "entry", "parent", "scenario", "sumo"],
+    ids=["package", "entry", "commands", "parent", "scenario", "sumo"],
 )
 def test_a_process_imports_no_more_than_it_needs(modules: str, heavy: set[str]) -> None:
     code = f"import sys, {modules}; print(sorted({heavy} & set(sys.modules)))"

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from gpsec import cli
-from gpsec.console import launch
+from gpsec.console import aftermath
 from gpsec.outcomes.digests import table_digests
 from gpsec.outcomes.tables import TABLES
 from gpsec.running.batch import _missing
@@ -30,7 +30,7 @@ SCRIPT = """
 import json, sys, time
 sys.path.insert(0, {tests!r})
 from gpsec import cli
-from gpsec.console import launch
+from gpsec.console import aftermath
 from gpsec.running import batch
 from gpsec.pipeline.fingerprint import fingerprint
 from gpsec.outcomes.digests import table_digests
@@ -51,8 +51,8 @@ def run(scenario, folder, report):
 if __name__ == "__main__":
     real = batch.run_scenarios
     batch.run_scenarios = lambda *args: real(*args[:4], run)
-    launch._show = lambda folder: None
-    launch._report = lambda folder, messages: None
+    aftermath._show = lambda folder: None
+    aftermath._report = lambda folder, messages: None
     sys.exit(cli.main(["run", *NAMES, "--out", "all", *sys.argv[1:]]))
 """
 
@@ -133,8 +133,8 @@ def test_a_whole_run_is_not_run_again(here: Path, monkeypatch: pytest.MonkeyPatc
         here / "none": scenarios[:1],
     }
     shown: list[Path] = []
-    monkeypatch.setattr(launch, "_show", shown.append)
-    monkeypatch.setattr(launch, "_report", lambda folder, messages: None)
+    monkeypatch.setattr(aftermath, "_show", shown.append)
+    monkeypatch.setattr(aftermath, "_report", lambda folder, messages: None)
     assert cli.main(["run", *NAMES, "--out", "all", "--resume"]) == 0
     assert shown == [here / "all"]
 

@@ -5,7 +5,7 @@ from types import TracebackType
 from typing import Protocol, Self
 
 from rich.console import Console
-from rich.progress import BarColumn, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, MofNCompleteColumn, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as RichProgress
 
 from gpsec.core.progress import DONE, FAILED, Progress
@@ -68,6 +68,38 @@ class Bars:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._bars.stop()
+
+
+class TotalBar:
+    """One bar for a number of runs."""
+
+    def __init__(self, console: Console, runs: int) -> None:
+        self._console = console
+        self._bar = RichProgress(
+            SpinnerColumn(),
+            BarColumn(bar_width=32),
+            MofNCompleteColumn(),
+            TextColumn("{task.description}", markup=False),
+            TimeElapsedColumn(),
+            console=console,
+        )
+        self._task = self._bar.add_task("", total=runs)
+
+    def __call__(self, progress: Progress) -> None:
+        """Show a report."""
+        if progress.note:
+            self._console.print(f"{progress.scenario}: {progress.note}", markup=False)
+        done = float(progress.stage == DONE)
+        self._bar.update(self._task, advance=done, description=f"{progress.scenario}: {progress.stage}")
+
+    def __enter__(self) -> Self:
+        self._bar.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._bar.stop()
 
 
 class Lines:

@@ -2,50 +2,97 @@
 
 from math import sqrt
 from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
-from gpsec.console.complaint import say
-from gpsec.console.openstreetmap import import_osm
-from gpsec.console.status import status
-from gpsec.console.terminal import messages
+import typer
+
+from gpsec.console.errors import say
 from gpsec.core.errors import GpsecError, MachineError
-from gpsec.detection.models import thresholds_for
-from gpsec.opendrive.check import MOST_LOST_SHARE, Check, MapDeviation
-from gpsec.opendrive.importing import Imported, import_map
-from gpsec.opendrive.lanes import NARROWEST_M
-from gpsec.opendrive.netfile import NET_SUFFIX
-from gpsec.openstreetmap.extract import is_extract
-from gpsec.scenario.choices import DEFAULT_RATE
-from gpsec.sensors.profiles import residual_sigma_m
-from gpsec.sensors.registry import PROFILES
+
+if TYPE_CHECKING:
+    from gpsec.opendrive.check import Check, MapDeviation
+    from gpsec.opendrive.importing import Imported
+    from gpsec.openstreetmap.importing import ImportedExtract
 
 # Above this share of points a map alone keeps a detector busy: the false-alarm rate it was calibrated to.
 _BUSY_SHARE = 1e-3
+_NOT_CHECKED = (
+    "lanes lie where netconvert lays them beside OpenStreetMap's lines, which are the middles of roads: "
+    "there is nothing to check them against"
+)
 
 
 def import_(
-    map_file: Path, out: Path | None, origin: str | None, left_hand: bool | None, overwrite: bool, allow_loss: bool
+    map_file: Annotated[
+        Path,
+        typer.Argument(metavar="MAP", help="An OpenDRIVE map (.xodr) or an OpenStreetMap extract (.osm, .osm.gz)."),
+    ],
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="NET", help="The net to write. [default: MAP.net.xml, here]")
+    ] = None,
+    origin: Annotated[
+        str | None,
+        typer.Option(metavar="LAT,LON", help="Where an OpenDRIVE map's origin lies. [default: what the map says]"),
+    ] = None,
+    left_hand: Annotated[
+        bool | None,
+        typer.Option(
+            "--left-hand/--right-hand",
+            help="The side that traffic keeps to on an OpenStreetMap extract. [default: found out]",
+        ),
+    ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace what is there.")] = False,
+    allow_loss: Annotated[
+        bool, typer.Option("--allow-loss", help="Exit status 0 also where the net is without more than 3 % of the map.")
+    ] = False,
 ) -> None:
-    """Import a map and print what came of it.
+    """Make a SUMO net of an OpenDRIVE map, and check its lanes against the map's; or of an OpenStreetMap extract.
 
-    Raises:
-        GpsecError: the map, an option or the output cannot be used.
-        MachineError: the net, which is written then, has too little of the map and `allow_loss` does not accept that.
-    """
+    Of an OpenDRIVE map it writes the net, a CSV with the errors of each lane (NET.check.csv) and a picture of them
+    (NET.check.png); of OpenStreetMap, which has no lanes to check against, the net.
+
+    \b
+    Examples:
+      gpsec import town.xodr
+      gpsec import town.xodr --out nets/town.net.xml --origin 52.26,10.53
+      gpsec import city.osm.gz
+    """  # noqa: D301
+    from gpsec.opendrive.netfile import NET_SUFFIX
+    from gpsec.openstreetmap.extract import is_extract
+
     if not map_file.is_file():
         raise GpsecError(f"{map_file}: expected an OpenDRIVE map or an OpenStreetMap extract, found no such file")
     target = out or Path(f"{_stem(map_file)}{NET_SUFFIX}")
     if is_extract(map_file):
         if origin is not None:
             raise GpsecError(f"--origin {origin}: expected an OpenDRIVE map; OpenStreetMap says itself where it lies")
-        import_osm(map_file, target, left_hand, overwrite)
+        _import_osm(map_file, target, left_hand, overwrite)
         return
     if left_hand is not None:
         raise GpsecError(
             "--left-hand: expected an OpenStreetMap extract; an OpenDRIVE map says itself which side it is"
         )
     place = None if origin is None else parse_origin(origin)
+    _import_opendrive(map_file, target, place, overwrite, allow_loss)
+
+
+def _import_opendrive(
+    map_file: Path, net: Path, origin_deg: tuple[float, float] | None, overwrite: bool, allow_loss: bool
+) -> None:
+    """Import an OpenDRIVE map and print what came of it.
+
+    Raises:
+        GpsecError: the map or the output cannot be used.
+        MachineError: the net, which is written then, has too little of the map and `allow_loss` does not accept that.
+    """
+    from gpsec.console.terminal import messages, status
+    from gpsec.opendrive.check import MOST_LOST_SHARE
+    from gpsec.opendrive.importing import import_map
+
     with status(messages(), f"{map_file.name}: ") as tell:
-        done = import_map(map_file, target, origin_deg=place, alarm_m=alarm_levels_m(), overwrite=overwrite, tell=tell)
+        done = import_map(
+            map_file, net, origin_deg=origin_deg, alarm_m=alarm_levels_m(), overwrite=overwrite, tell=tell
+        )
     for line in verdict(done):
         say(line)
     if done.check.incomplete and not allow_loss:
@@ -53,6 +100,21 @@ def import_(
             f"{map_file}: {done.check.overall.unmatched_share:.1%} of its lanes' length, more than "
             f"{MOST_LOST_SHARE:.0%}, has no lane in {done.net}, which was written; --allow-loss accepts that"
         )
+
+
+def _import_osm(map_file: Path, net: Path, left_hand: bool | None, overwrite: bool) -> None:
+    """Import an extract of OpenStreetMap and print what came of it.
+
+    Raises:
+        GpsecError: the extract or the output cannot be used.
+    """
+    from gpsec.console.terminal import messages, status
+    from gpsec.openstreetmap.importing import import_extract
+
+    with status(messages(), f"{map_file.name}: ") as tell:
+        done = import_extract(map_file, net, left_hand=left_hand, overwrite=overwrite, tell=tell)
+    for line in _net_verdict(done):
+        say(line)
 
 
 def _stem(map_file: Path) -> str:
@@ -82,6 +144,11 @@ def alarm_levels_m() -> dict[str, float]:
 
     The statistic is the mean of (z/σ)², so a residual that does not change raises one from σ·√threshold on.
     """
+    from gpsec.detection.models import thresholds_for
+    from gpsec.scenario.choices import DEFAULT_RATE
+    from gpsec.sensors.profiles import residual_sigma_m
+    from gpsec.sensors.registry import PROFILES
+
     names = list(PROFILES)
     thresholds = thresholds_for(["chi_square"], names, "tracked", DEFAULT_RATE)[:, 0]
     return {
@@ -90,8 +157,10 @@ def alarm_levels_m() -> dict[str, float]:
     }
 
 
-def verdict(done: Imported) -> list[str]:
+def verdict(done: "Imported") -> list[str]:
     """Return what to say of an import."""
+    from gpsec.opendrive.lanes import NARROWEST_M
+
     check = done.check
     lines = [
         f"{done.net}: {done.lanes} lanes",
@@ -106,7 +175,7 @@ def verdict(done: Imported) -> list[str]:
     return [*lines, f"  by lane: {done.csv}; drawn: {done.picture}"]
 
 
-def _figures(figures: MapDeviation) -> str:
+def _figures(figures: "MapDeviation") -> str:
     if figures.median_m is None:
         return "no lane of the net lies where the map has one"
     return (
@@ -120,8 +189,17 @@ def _length(metres: float | None) -> str:
     return f"{value:.2f} m" if value >= 0.1 else f"{1000.0 * value:.1f} mm"
 
 
-def _alarms(check: Check) -> list[str]:
+def _alarms(check: "Check") -> list[str]:
     levels = ", ".join(f"{level:.2f} m ({name})" for name, level in check.alarm_m.items())
     busy = [f"{share:.1%} ({name})" for name, share in check.over_share.items() if share > _BUSY_SHARE]
     said = f"there on {', '.join(busy)} of the way" if busy else "practically nowhere on the way"
     return [f"  a chi-square detector alarms at a steady {levels}: map errors as large are {said}"]
+
+
+def _net_verdict(done: "ImportedExtract") -> list[str]:
+    return [
+        f"{done.net_file}: {done.lanes} lanes, {done.length_m / 1000.0:.1f} km of them",
+        *(f"  mended: {sentence}" for sentence in done.mended),
+        *(f"  note: {sentence}" for sentence in (*done.notes, _NOT_CHECKED)),
+        f"  now: gpsec demand {done.net_file}",
+    ]

@@ -2,11 +2,35 @@
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
+import typer
+
+from gpsec.console import options
+from gpsec.console.errors import say
 from gpsec.core.errors import GpsecError, nearest
 
 KINDS = ("attacks", "detectors", "responses", "profiles", "scenarios")
+
+
+def list_(
+    kind: Annotated[str, typer.Argument(metavar="KIND", help=f"One of {', '.join(KINDS)}.")],
+    folder: Annotated[
+        Path | None,
+        typer.Option("--dir", metavar="DIR", help="Where scenarios are. [default: ./scenarios, and those of gpsec]"),
+    ] = None,
+    part: options.Part = None,
+) -> None:
+    """List what there is to choose from.
+
+    \b
+    Examples:
+      gpsec list attacks
+      gpsec list scenarios --dir scenarios
+    """  # noqa: D301
+    options.load_parts(part)
+    for line in lines(kind, folder):
+        say(line)
 
 
 def lines(kind: str, folder: Path | None) -> list[str]:

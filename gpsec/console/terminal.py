@@ -1,7 +1,8 @@
 """Tables, bars and notes on the terminal; no id, no value and no sentence of SUMO in them steers it."""
 
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from rich.console import Console, ConsoleOptions, RenderableType
@@ -26,6 +27,10 @@ class Terminal(Console):
             else:
                 yield Segment(_escaped(segment.text), segment.style)
 
+    def note(self, line: str) -> None:
+        """Print one line as it is, however long."""
+        self.print(line, markup=False, highlight=False, soft_wrap=True)
+
 
 def messages() -> Terminal:
     """Return the console for progress, notes and errors."""
@@ -35,6 +40,13 @@ def messages() -> Terminal:
 def tables(width: int) -> Terminal:
     """Return the console for tables, which have `width` in a file or a pipe."""
     return Terminal(emoji=False) if sys.stdout.isatty() else Terminal(width=width, emoji=False)
+
+
+@contextmanager
+def status(console: Console, prefix: str) -> Iterator[Callable[[str], None]]:
+    """Give what shows on a terminal what is being done; elsewhere nothing is shown."""
+    with console.status(Text(f"{prefix}…")) as shown:  # a str would be searched for rich's markup
+        yield lambda stage: shown.update(Text(f"{prefix}{stage} …"))
 
 
 def _escaped(text: str) -> str:

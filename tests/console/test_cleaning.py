@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from gpsec import cli
-from gpsec.console import cleaning
+from gpsec.console import clean
 from gpsec.core.errors import GpsecError
 from gpsec.running import batch
 from gpsec.running.leftovers import leftovers
@@ -108,7 +108,7 @@ def test_the_user_is_asked(here: Path, monkeypatch: pytest.MonkeyPatch, answer: 
         asked.append(question)
         return answer
 
-    monkeypatch.setattr(cleaning.sys.stdin, "isatty", lambda: True)
+    monkeypatch.setattr(clean.sys.stdin, "isatty", lambda: True)
     monkeypatch.setattr("builtins.input", answered)
     assert cli.main(["clean"]) == 0
     assert asked == ["remove 1 of them, 1.5 MB? [y/N] "]

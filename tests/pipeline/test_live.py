@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gpsec.console.live import live_run
+from gpsec.console.run import live_run
 from gpsec.core.errors import GpsecError
 from gpsec.core.tables import Table
 from gpsec.outcomes.state import OUT_OF_LANE, OutcomeState

@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 
 from gpsec import cli
-from gpsec.console import reporting
+from gpsec.console import resimulation
 from gpsec.core.errors import GpsecError
 from gpsec.pipeline.run import run_scenario
 from gpsec.report.make import trace_page
@@ -143,7 +143,7 @@ def test_a_report_runs_sumo_only_when_asked(tmp_path, monkeypatch, capsys: pytes
         asked.append(dict(wanted))
         raise GpsecError("not here")
 
-    monkeypatch.setattr(reporting, "simulate", noted)
+    monkeypatch.setattr(resimulation, "simulate", noted)
     assert cli.main(["report", str(folder)]) == 0
     assert asked == []
     assert cli.main(["report", str(folder), "--again"]) == 2  # the page is written all the same

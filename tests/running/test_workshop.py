@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from gpsec import cli
-from gpsec.console import launch
+from gpsec.console import aftermath
 from gpsec.core.errors import GpsecError
 from gpsec.running import batch, workshop
 from gpsec.running.publishing import COMPLETE
@@ -59,8 +59,8 @@ def test_a_folder_is_ours_until_its_report_is_there(here: Path, monkeypatch: pyt
 
     monkeypatch.setattr(batch, "run_scenarios", lambda *arguments: Outcome(["a", "b"]))
     monkeypatch.setattr(batch.Batch, "_publish", publish)
-    monkeypatch.setattr(launch, "_show", others_come)
-    monkeypatch.setattr(launch, "_report", others_come)
+    monkeypatch.setattr(aftermath, "_show", others_come)
+    monkeypatch.setattr(aftermath, "_report", others_come)
     assert cli.main(["run", "a", "b"]) == 0
     assert refused == ["a", "a", "b", "b"]
 

@@ -3,8 +3,11 @@
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Annotated
 
-from gpsec.console.complaint import complain, say
+import typer
+
+from gpsec.console.errors import complain, say
 from gpsec.core.caches import stale
 from gpsec.core.errors import GpsecError
 from gpsec.running.leftovers import Leftover, leftovers, temporary
@@ -12,7 +15,23 @@ from gpsec.running.leftovers import Leftover, leftovers, temporary
 _MEGABYTE = 1e6
 
 
-def clean(folders: Sequence[Path], *, yes: bool) -> int:
+def clean(
+    folders: Annotated[
+        list[Path] | None, typer.Argument(metavar="[DIR]...", help="Where to look. [default: here and in results]")
+    ] = None,
+    yes: Annotated[bool, typer.Option("--yes", help="Remove it without asking.")] = False,
+) -> int:
+    """List what runs that were killed have left, and what caches hold of other versions; remove it if you say so.
+
+    \b
+    Examples:
+      gpsec clean
+      gpsec clean results/studies --yes
+    """  # noqa: D301
+    return _clean(folders or [folder for folder in (Path(), Path("results")) if folder.is_dir()], yes=yes)
+
+
+def _clean(folders: Sequence[Path], *, yes: bool) -> int:
     """List what can go from `folders`, temporary files and caches; remove it with `yes`, or if the user says so.
 
     Return the exit status.

@@ -1,25 +1,17 @@
-"""`gpsec run`: from scenario arguments to published folders and tables on the terminal."""
+"""What `gpsec run` says and makes once the scenarios have ended."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
-from threading import Thread
 
-from rich.console import Console
-
-from gpsec.console import terminal
-from gpsec.console.bars import display
-from gpsec.console.complaint import complain
+from gpsec.console.errors import complain
+from gpsec.console.terminal import Terminal, tables
 from gpsec.core.errors import GpsecError, MachineError
 from gpsec.core.system import in_a_sentence
-from gpsec.core.threads import cores
-from gpsec.running.batch import Batch, claimed
+from gpsec.running.batch import Batch
 from gpsec.running.folders import resolved
-from gpsec.running.workers import Failure, Outcome, Run
-from gpsec.scenario import Scenario, load_scenario
-from gpsec.scenario.outside import NOTHING, Outside
-from gpsec.scenario.overrides import Override
+from gpsec.running.workers import Failure, Outcome
+from gpsec.scenario import Scenario
 
 INTERRUPTED = 130
 
@@ -49,37 +41,14 @@ class Output:
         return {resolved(Path("results") / scenario.name): [scenario] for scenario in scenarios}
 
 
-def launch(
-    arguments: Sequence[str],
-    overrides: Sequence[Override],
-    output: Output,
-    jobs: int | None = None,
-    run: Run | None = None,
-    *,
-    outside: Outside = NOTHING,
-) -> int:
-    """Run the scenarios, at most `jobs` at a time, and return the exit status.
-
-    What has finished is kept when another one fails or the user interrupts. `run` takes the place of the pipeline, as
-    in `gpsec.running.workers.run_scenarios`.
-
-    Raises:
-        GpsecError: a scenario or a folder is not as it should be; nothing has been run then.
-    """
-    scenarios = [load_scenario(argument, overrides, outside) for argument in arguments]
-    _check_names(scenarios, arguments)
-    messages = terminal.messages()
-    with claimed(output.groups(scenarios), overwrite=output.overwrite, resume=output.resume) as batch:
-        if batch.found:
-            messages.print(f"gpsec: found {batch.found}", markup=False, highlight=False, soft_wrap=True)
-        outcome = _run(batch, jobs or cores(), messages, run, output.report)
-        refused = batch.publish(outcome)
-        for failure in outcome.failures:
-            _say(failure, messages)
-        for error in refused:
-            complain(error)
-        status = _status(outcome, batch, refused, messages)
-        afterwards = [_tell(folder, messages, output) for folder in batch.written(outcome)]
+def tell(batch: Batch, outcome: Outcome, refused: Sequence[GpsecError], output: Output, messages: Terminal) -> int:
+    """Say what went wrong, show the tables, make the pages; return the exit status."""
+    for failure in outcome.failures:
+        _say(failure, messages)
+    for error in refused:
+        complain(error)
+    status = _status(outcome, batch, refused, messages)
+    afterwards = [_tell(folder, messages, output) for folder in batch.written(outcome)]
     return status or _worst(afterwards)
 
 
@@ -88,33 +57,14 @@ def _worst(statuses: Iterable[int]) -> int:
     return min((status for status in statuses if status), default=0)
 
 
-def _run(batch: Batch, jobs: int, messages: Console, run: Run | None, report: bool) -> Outcome:
-    # What shows the tables takes a while to import; there is time for that now.
-    for name in ("gpsec.outcomes.summary", *(["gpsec.report.make"] if report else [])):
-        Thread(target=import_module, args=(name,)).start()
-    with display(messages, batch.names) as show:
-        return batch.run(jobs, show, run)
-
-
-def _check_names(scenarios: Sequence[Scenario], arguments: Sequence[str]) -> None:
-    seen: dict[str, str] = {}
-    for scenario, argument in zip(scenarios, arguments, strict=True):
-        if scenario.name in seen:
-            raise GpsecError(
-                f"{argument}: scenario '{scenario.name}' has the name of {seen[scenario.name]}; "
-                "give one of them another `name`, or run them one after the other"
-            )
-        seen[scenario.name] = argument
-
-
-def _say(failure: Failure, messages: Console) -> None:
+def _say(failure: Failure, messages: Terminal) -> None:
     if failure.details:
-        messages.print(failure.details.rstrip(), markup=False, highlight=False, soft_wrap=True)
+        messages.note(failure.details.rstrip())
     line = " ".join(f"gpsec: error: scenario '{failure.scenario}': {failure.sentence}".split())
-    messages.print(line, markup=False, highlight=False, soft_wrap=True)
+    messages.note(line)
 
 
-def _tell(folder: Path, messages: Console, output: Output) -> int:
+def _tell(folder: Path, messages: Terminal, output: Output) -> int:
     """Show the tables of a run and write what is made of them; return the exit status.
 
     The results stand already: what goes wrong now does not take them away, nor what else is to be made.
@@ -138,7 +88,7 @@ def _show(folder: Path) -> None:
 
     # The tables are laid out for this width, also in a file or a pipe.
     with in_a_sentence("the tables cannot be shown"):
-        print_summary(folder, terminal.tables(120))
+        print_summary(folder, tables(120))
 
 
 def _write_parquet(folder: Path) -> None:
@@ -148,16 +98,16 @@ def _write_parquet(folder: Path) -> None:
         write_parquet(load(folder))
 
 
-def _report(folder: Path, messages: Console) -> None:
+def _report(folder: Path, messages: Terminal) -> None:
     from gpsec.report.make import write_report
     from gpsec.running.results import load
 
     with in_a_sentence(f"{folder}: no report can be written there"):
         path = write_report(load(folder))
-    messages.print(f"gpsec: report: {path}", markup=False, highlight=False, soft_wrap=True)
+    messages.note(f"gpsec: report: {path}")
 
 
-def _status(outcome: Outcome, batch: Batch, refused: Sequence[GpsecError], messages: Console) -> int:
+def _status(outcome: Outcome, batch: Batch, refused: Sequence[GpsecError], messages: Terminal) -> int:
     """Say what has been kept of a run that is not complete, and return the exit status."""
     misplaced = any(isinstance(error, MachineError) for error in refused)
     if outcome.interrupted or outcome.failures or misplaced:
@@ -167,7 +117,7 @@ def _status(outcome: Outcome, batch: Batch, refused: Sequence[GpsecError], messa
         line = f"{names} kept in {', '.join(kept)}; --resume goes on" if kept else "nothing has been written"
         if misplaced:
             what, line = "not all is in its place", "what has been made is kept; --resume goes on"
-        messages.print(f"gpsec: {what}; {line}", markup=False, highlight=False, soft_wrap=True)
+        messages.note(f"gpsec: {what}; {line}")
     if outcome.interrupted:
         return INTERRUPTED
     return _worst([*(failure.kind.status for failure in outcome.failures), *(error.status for error in refused)])

@@ -6,50 +6,59 @@ import tempfile
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
+from typing import Annotated
 from xml.etree import ElementTree
 
-from gpsec.console.complaint import say
-from gpsec.console.status import status
-from gpsec.console.terminal import messages
+import typer
+
+from gpsec.console.errors import say
 from gpsec.core.errors import GpsecError, shown
 from gpsec.core.system import in_a_sentence
-from gpsec.demand.make import make_demand
-from gpsec.hdmap.net import read_net
-from gpsec.scenario.model import MAX_NAME, NAME
-from gpsec.scenario.paths import TOML_NAME, UNUSABLE, reason
-from gpsec.scenario.schema import SCHEMA_FILE, json_schema
-from gpsec.scenario.template import busiest_lane, example_zone, netedit_config, sumo_config, toml
 
 
-def new_scenario(folder: Path, net_file: Path, period_s: float | None, duration_s: float, seed: int) -> None:
-    """Make the folder and print what to do with it.
+def new(
+    name: Annotated[Path, typer.Argument(metavar="NAME", help="The folder to make; its last part names the scenario.")],
+    net: Annotated[Path, typer.Option("--net", metavar="NET", help="Any net of SUMO; the folder refers to it.")],
+    duration: Annotated[
+        float, typer.Option(min=1.0, max=1e6, metavar="S", help="For how long vehicles depart.")
+    ] = 300.0,
+    period: Annotated[
+        float | None,
+        typer.Option(
+            min=0.01, max=1e6, metavar="S", help="Mean time between two departures. [default: to suit the net]"
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, max=2**31 - 1, metavar="N", help="Of the random demand.")] = 1,
+) -> None:
+    """Make a scenario folder for a net: random demand, an example attack zone, and a commented gpsec.toml.
 
-    Args:
-        folder: that is made; its last part is the scenario's name.
-        net_file: any net of SUMO; the folder refers to it.
-        period_s: mean time between two departures, None for one that suits the size of the net.
-        duration_s: for how long vehicles depart, and of a run.
-        seed: of the demand.
+    \b
+    Examples:
+      gpsec new mytown --net town.net.xml
+      netedit mytown/mytown.netecfg     (draw zones)
+      gpsec run mytown
+    """  # noqa: D301
+    from gpsec.console.terminal import messages, status
 
-    Raises:
-        GpsecError: the folder exists or cannot be made, or the net cannot be used; nothing is left behind then.
-    """
-    _check(folder, net_file)
+    _check(name, net)
     with (
-        in_a_sentence(f"{folder}: cannot be made"),
-        tempfile.TemporaryDirectory(prefix=f".{folder.name}.partial-", dir=folder.parent) as work,
+        in_a_sentence(f"{name}: cannot be made"),
+        tempfile.TemporaryDirectory(prefix=f".{name.name}.partial-", dir=name.parent) as work,
     ):
         made = Path(work) / "made"
-        with status(messages(), f"{folder}: ") as tell:
-            said = _fill(made, folder, net_file, period_s, duration_s, seed, tell)
+        with status(messages(), f"{name}: ") as tell:
+            said = _fill(made, name, net, period, duration, seed, tell)
         made.chmod(0o755)
-        made.rename(folder)
-    say(f"{folder}: {said}, and an example zone")
-    say(f"  edit: netedit {folder / folder.name}.netecfg")
-    say(f"  run:  gpsec run {folder}")
+        made.rename(name)
+    say(f"{name}: {said}, and an example zone")
+    say(f"  edit: netedit {name / name.name}.netecfg")
+    say(f"  run:  gpsec run {name}")
 
 
 def _check(folder: Path, net_file: Path) -> None:
+    from gpsec.scenario.model import MAX_NAME, NAME
+    from gpsec.scenario.paths import UNUSABLE, reason
+
     try:
         there, beside, net = folder.exists() or folder.is_symlink(), folder.parent.is_dir(), net_file.is_file()
     except UNUSABLE as error:
@@ -75,6 +84,12 @@ def _fill(
     seed: int,
     tell: Callable[[str], None],
 ) -> str:
+    from gpsec.demand.make import make_demand
+    from gpsec.hdmap.net import read_net
+    from gpsec.scenario.paths import TOML_NAME
+    from gpsec.scenario.schema import SCHEMA_FILE, json_schema
+    from gpsec.scenario.template import busiest_lane, example_zone, netedit_config, sumo_config, toml
+
     name = folder.name
     demand = make_demand(
         net_file, made, period_s=period_s, duration_s=duration_s, seed=seed, overwrite=False, tell=tell

@@ -1,0 +1,172 @@
+"""`gpsec run`: from scenario arguments to published folders and tables on the terminal."""
+
+import os
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+from pathlib import Path
+from threading import Thread
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from gpsec.console import options
+from gpsec.core.errors import GpsecError
+
+if TYPE_CHECKING:
+    from gpsec.console.aftermath import Output
+    from gpsec.running.workers import Run
+    from gpsec.scenario import Scenario
+    from gpsec.scenario.outside import Outside
+    from gpsec.scenario.overrides import Override
+
+
+def run(
+    scenarios: options.Scenarios,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="DIR", help="One folder for all scenarios. [default: results/<scenario>]"),
+    ] = None,
+    seed: Annotated[int | None, typer.Option(metavar="N", help="Of SUMO and of all noise (seed).")] = None,
+    duration: Annotated[
+        float | None, typer.Option(metavar="S", help="Simulated seconds (duration_s). [default: the .sumocfg's]")
+    ] = None,
+    profile: options.Profile = None,
+    set_: options.Set = None,
+    part: options.Part = None,
+    allow_code: options.AllowCode = False,
+    log_steps: Annotated[bool, typer.Option("--log-steps", help="Also write every step to steps.parquet.")] = False,
+    log_vehicles: Annotated[
+        list[str] | None,
+        typer.Option("--log-vehicle", metavar="ID", help="Write steps.parquet for this vehicle only; can be repeated."),
+    ] = None,
+    report: Annotated[bool, typer.Option("--report/--no-report", help="Write report.html.")] = True,
+    format_: Annotated[
+        Literal["csv", "parquet"],
+        typer.Option("--format", help="With parquet, the large tables are written as Parquet files too."),
+    ] = "csv",
+    engine: Annotated[
+        str | None, typer.Option(metavar="E", help="batched, or reference for small fleets. [default: batched]")
+    ] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the run that DIR holds.")] = False,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on with a run that was interrupted: only what is missing is run.")
+    ] = False,
+    jobs: Annotated[
+        int | None, typer.Option(min=1, metavar="N", help="Scenarios at a time. [default: the cores there are]")
+    ] = None,
+    threads: Annotated[int | None, typer.Option(metavar="N", help="Threads of each scenario (threads).")] = None,
+    gui: Annotated[bool, typer.Option("--gui", help="Show the run in sumo-gui; one scenario.")] = False,
+    gui_plan: Annotated[
+        str | None, typer.Option("--gui-plan", metavar="PLAN", help="The attack that is shown. [default: the first]")
+    ] = None,
+    gui_defence: Annotated[
+        str | None,
+        typer.Option("--gui-defence", metavar="D", help="Whose alarms and estimates. [default: the last one]"),
+    ] = None,
+    gui_delay: Annotated[
+        float | None, typer.Option("--gui-delay", min=0.0, max=1e4, metavar="MS", help="For a step. [default: 50]")
+    ] = None,
+) -> int:
+    """Run scenarios, write tables and show them.
+
+    \b
+    Examples:
+      gpsec run scenarios/town
+      gpsec run scenarios/town --duration 120 --seed 7 --profile consumer
+      gpsec run scenarios/town --set plans.drift.rate_mps=0.2 --set fleet.equipped_share=0.3
+      gpsec run scenarios/* --out results/all --overwrite
+      gpsec run scenarios/* --out results/all --resume
+      gpsec run scenarios/town --gui --gui-plan spoofed_quarter --gui-defence lstm+ukf
+      gpsec run somewhere/else.sumocfg --set 'plans=[{attack="drift", share=0.2}]'
+      gpsec run scenarios/town --part mine.py:Zigzag --set 'plans=[{attack="zigzag"}]'
+    """  # noqa: D301
+    from gpsec.console.aftermath import Output
+    from gpsec.core.threads import cores
+    from gpsec.scenario.outside import Outside
+    from gpsec.scenario.overrides import Override
+
+    shown = live_run(scenarios, gui, gui_plan, gui_defence, gui_delay)
+    flags = {
+        ("seed",): (seed, f"--seed {seed}"),
+        ("duration_s",): (duration, f"--duration {duration}"),
+        ("engine",): (engine, f"--engine {engine}"),
+        ("threads",): (threads, f"--threads {threads}"),
+        ("log_steps",): (log_steps or None, "--log-steps"),
+        ("log_vehicles",): (log_vehicles or None, "--log-vehicle"),
+    }
+    changes = options.changes(set_, profile)
+    changes += [Override(key, value, flag) for key, (value, flag) in flags.items() if value is not None]
+    output = Output(out, overwrite, resume, report, format_ == "parquet")
+    found = _read(scenarios, changes, Outside(tuple(part or ()), allow_code))
+    return _run(found, output, jobs or cores(), shown)
+
+
+def _read(arguments: Sequence[str], overrides: "Sequence[Override]", outside: "Outside") -> "list[Scenario]":
+    """Return the scenarios, whose names differ.
+
+    Raises:
+        GpsecError: one is not as it should be, or two have one name.
+    """
+    from gpsec.scenario import load_scenario
+
+    scenarios = [load_scenario(argument, overrides, outside) for argument in arguments]
+    seen: dict[str, str] = {}
+    for scenario, argument in zip(scenarios, arguments, strict=True):
+        if scenario.name in seen:
+            raise GpsecError(
+                f"{argument}: scenario '{scenario.name}' has the name of {seen[scenario.name]}; "
+                "give one of them another `name`, or run them one after the other"
+            )
+        seen[scenario.name] = argument
+    return scenarios
+
+
+def _run(scenarios: "Sequence[Scenario]", output: "Output", jobs: int, run: "Run | None") -> int:
+    """Run the scenarios, at most `jobs` at a time, and return the exit status.
+
+    What has finished is kept when another one fails or the user interrupts. `run` takes the place of the pipeline, as
+    in `gpsec.running.workers.run_scenarios`.
+
+    Raises:
+        GpsecError: a folder is not as it should be; nothing has been run then.
+    """
+    from gpsec.console import aftermath
+    from gpsec.console.bars import display
+    from gpsec.console.terminal import messages
+    from gpsec.running.batch import claimed
+
+    console = messages()
+    with claimed(output.groups(scenarios), overwrite=output.overwrite, resume=output.resume) as batch:
+        if batch.found:
+            console.note(f"gpsec: found {batch.found}")
+        # What shows the tables takes a while to import; there is time for that now.
+        for name in ("gpsec.outcomes.summary", *(["gpsec.report.make"] if output.report else [])):
+            Thread(target=import_module, args=(name,)).start()
+        with display(console, batch.names) as show:
+            outcome = batch.run(jobs, show, run)
+        refused = batch.publish(outcome)
+        return aftermath.tell(batch, outcome, refused, output, console)
+
+
+def live_run(
+    scenarios: Sequence[str], gui: bool, plan: str | None, defence: str | None, delay_ms: float | None
+) -> "Run | None":
+    """Return what runs a scenario in sumo-gui, None where nothing is to be shown.
+
+    Raises:
+        GpsecError: there is no display, there are several scenarios, or an option needs --gui.
+    """
+    asked = {"--gui-plan": plan, "--gui-defence": defence, "--gui-delay": delay_ms}
+    if not gui:
+        for option, value in asked.items():
+            if value is not None:
+                raise GpsecError(f"{option} {value}: expected --gui with it")
+        return None
+    if len(scenarios) > 1:
+        raise GpsecError(f"--gui: expected one scenario, found {len(scenarios)}; show them one after the other")
+    if sys.platform == "linux" and not os.environ.get("DISPLAY"):
+        raise GpsecError("--gui: expected a display for the window of sumo-gui, found none (DISPLAY is not set)")
+    from gpsec.pipeline.live import DELAY_MS, LiveRun  # late: it is next to everything
+
+    return LiveRun(plan, defence, DELAY_MS if delay_ms is None else delay_ms)
