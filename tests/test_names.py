@@ -18,7 +18,6 @@ SAME_ROLE = {"main", "T"}
 ALLOWED: set[str] = {
     "GYRO",
     "INTERRUPTED",
-    "STEPS",
     "check",
     "clean",
     "demand",

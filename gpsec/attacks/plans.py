@@ -26,7 +26,7 @@ MAX_TIME_S = 1e7
 """Longest time that can be said, some 116 days: steps have to be numbered."""
 
 
-def _window(value: object) -> tuple[float, float]:
+def _seconds(value: object) -> tuple[float, float]:
     pair = tuple(value) if isinstance(value, list | tuple) else ()
     numbers = [x for x in pair if isinstance(x, int | float) and not isinstance(x, bool)]
     if len(pair) != 2 or len(numbers) != 2 or not 0.0 <= numbers[0] <= numbers[1]:
@@ -37,7 +37,7 @@ def _window(value: object) -> tuple[float, float]:
 
 
 _TABLE = {"additionalProperties": True, "default": {}, "title": "Parameters", "type": "object"}
-Window = Annotated[tuple[float, float], BeforeValidator(_window)]
+Seconds = Annotated[tuple[float, float], BeforeValidator(_seconds)]
 Number = Annotated[float, Strict()]
 Text = Annotated[str, Strict()]
 
@@ -76,8 +76,8 @@ class PlanConfig(BaseModel):
     zone: Text | None = None
     begin_s: Annotated[Number, Field(ge=0.0, le=MAX_TIME_S)] = 0.0
     end_s: Annotated[Number, Field(ge=0.0, le=MAX_TIME_S)] | None = None
-    start_after_s: Window = (0.0, 30.0)
-    duration_s: Window = (10.0, 30.0)
+    start_after_s: Seconds = (0.0, 30.0)
+    duration_s: Seconds = (10.0, 30.0)
     parameters: Annotated[SerializeAsAny[Attack], WithJsonSchema(_TABLE)] = Field(default_factory=Attack)
 
     @model_validator(mode="before")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from gpsec.core.errors import GpsecError, shown
 from gpsec.outcomes.digests import DIGESTS, table_digests
-from gpsec.outcomes.tables import MAP, STEPS, TABLES, whole
+from gpsec.outcomes.tables import MAP, STEP_LOG, TABLES, whole
 from gpsec.types.constants import MANIFEST
 
 
@@ -26,7 +26,7 @@ def merge(folders: list[Path], out: Path) -> None:
         with whole(out / f"{name}.csv") as partial:
             _join([folder / f"{name}.csv" for folder in folders], partial)
     for folder in folders:
-        for file in (Path(STEPS), Path(MAP)):
+        for file in (Path(STEP_LOG), Path(MAP)):
             if (folder / file).exists():
                 target = file.name if len(folders) == 1 else f"{file.stem}-{folder.name}{file.suffix}"
                 with whole(out / target) as partial:

@@ -23,7 +23,7 @@ from gpsec.outcomes.study import Study
 TABLES = ("detection", "localization", "safety", "events", "vehicles", "curves", "error_bands", "places")
 # Those that grow with the number of vehicles.
 LARGE_TABLES = ("events", "vehicles", "places")
-STEPS = "steps.parquet"
+STEP_LOG = "steps.parquet"
 MAP = "map.geojson"
 # A day in steps of 0.1 s takes six digits, a position within a net seven to the centimetre.
 FLOAT_FORMAT = "%.9g"

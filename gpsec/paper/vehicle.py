@@ -10,7 +10,7 @@ from pyarrow import parquet
 
 from gpsec.core.errors import GpsecError
 from gpsec.hdmap.map import load_map
-from gpsec.outcomes.tables import STEPS, read_table
+from gpsec.outcomes.tables import STEP_LOG, read_table
 from gpsec.paper.plotting import LINE_COLOURS, canvas
 from gpsec.paper.studies import NONE, PAPER
 from gpsec.scenario import Scenario
@@ -79,7 +79,7 @@ def _typical(run: Path, attack: str) -> pd.DataFrame:
         )
     chosen = mine.sort_values("rmse_xy_m").iloc[len(mine) // 2]
     only = [("vehicle_id", "==", chosen["vehicle_id"])]
-    log: pd.DataFrame = parquet.read_table(run / STEPS, filters=only).to_pandas()
+    log: pd.DataFrame = parquet.read_table(run / STEP_LOG, filters=only).to_pandas()
     after = (log["plan"] == attack) & (log["time_s"] <= chosen["end_s"] + _MARGIN_S)
     start_s = log.loc[log["plan"] == attack, "time_s"].min()
     before = (log["plan"] == "none") & (log["time_s"] < start_s) & (log["time_s"] >= start_s - _MARGIN_S)

@@ -20,6 +20,7 @@ from gpsec.outcomes.recorder import Outcomes
 from gpsec.outcomes.state import OutcomeState
 from gpsec.outcomes.steps import StepLog
 from gpsec.outcomes.study import Study
+from gpsec.outcomes.tables import STEP_LOG
 from gpsec.outcomes.view import StepView
 from gpsec.pipeline.batched import BatchedMethod
 from gpsec.pipeline.build import Ground, lay_ground, make_localization, make_plans, make_watchers
@@ -150,7 +151,7 @@ class _Run:
             onlooker.begin(self.outcomes.study)
         self.log = None
         if scenario.log_steps or scenario.log_vehicles:
-            path = folder / "steps.parquet"
+            path = folder / STEP_LOG
             hd_map = ground.hd_map
             log = StepLog(path, names, watchers.names, defences, hd_map.lane_ids, hd_map.projector)
             self.log = stack.enter_context(log)

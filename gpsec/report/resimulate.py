@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from gpsec.core.errors import GpsecError, shown
 from gpsec.core.progress import Report
 from gpsec.core.threads import cores
-from gpsec.outcomes.tables import STEPS, read_table
+from gpsec.outcomes.tables import STEP_LOG, read_table
 from gpsec.running.results import Results
 from gpsec.running.workers import run_scenarios
 from gpsec.scenario import Scenario
@@ -44,7 +44,7 @@ def simulate(run: Results, wanted: Mapping[str, Collection[str]], tell: Report) 
             raise failure.kind(f"scenario '{shown(failure.scenario)}' cannot be simulated again: {failure.sentence}")
         for name, vehicles in wanted.items():
             _check(run, name, vehicles, Path(folder) / name)
-            found[name] = pd.read_parquet(Path(folder) / name / STEPS)
+            found[name] = pd.read_parquet(Path(folder) / name / STEP_LOG)
     return found
 
 

@@ -15,8 +15,8 @@ from gpsec.outcomes.digests import WHOLE, compared
 from gpsec.outcomes.geojson import read_features
 from gpsec.outcomes.manifests import read_manifest, stated_digests
 from gpsec.outcomes.stated import check_stated
-from gpsec.outcomes.steplog import read_steps
-from gpsec.outcomes.tables import LARGE_TABLES, MAP, STEPS, TABLES, whole
+from gpsec.outcomes.steps import read_steps
+from gpsec.outcomes.tables import LARGE_TABLES, MAP, STEP_LOG, TABLES, whole
 from gpsec.running.workshop import settle
 from gpsec.types.constants import MANIFEST
 
@@ -126,7 +126,7 @@ class Results:
         raise GpsecError(f"{self.folder}: no scenario '{shown(scenario)}' in this run (there are: {shown(names)})")
 
     def file_of(self, scenario: str, name: str) -> Path:
-        """Return the path of a file that every scenario has one of (`STEPS`, `MAP`); it need not be there."""
+        """Return the path of a file that every scenario has one of (`STEP_LOG`, `MAP`); it need not be there."""
         file = Path(name)
         alone = len(self.scenarios) == 1
         return self.folder / (name if alone else f"{file.stem}-{scenario}{file.suffix}")
@@ -137,7 +137,7 @@ class Results:
         Raises:
             GpsecError: the file is not the one that the run has written.
         """
-        path = self.file_of(scenario, STEPS)
+        path = self.file_of(scenario, STEP_LOG)
         if not path.is_file():
             return None
         if path.name in self.changed:

@@ -112,19 +112,13 @@ class RemoteSession:
         self._send(duration_s)
         while isinstance(head := self._receive(), Head):
             self.sumo_s, self.read_s = head.sumo_s, head.read_s
-            frame = head.frame or self._frame(head)
+            frame = head.frame if head.in_ring is None else self._ring.take(head.frame, head.in_ring)
             if not self._shown:
                 self._send(None)  # its place in the ring is free
             yield frame
             if self._shown:
                 self._send(self.look)
         self.warnings, self.traffic_only = head
-
-    def _frame(self, head: Head) -> Frame:
-        rows, front_m, lane = self._ring.take(head.step, head.count)
-        return Frame(
-            head.step, head.time_s, head.left, head.departures, rows, front_m, lane, head.on_road, head.spoofers_m
-        )
 
     def _send(self, message: object) -> None:
         try:

@@ -1,13 +1,12 @@
 """What SUMO's process and the evaluator share: a ring of steps in memory, and what goes through the pipe beside it."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from gpsec.core.arrays import Floats, Ints
-from gpsec.traffic.source import Departure, Frame
+from gpsec.traffic.source import Frame
 
 # Steps that SUMO may be ahead, and vehicles that a step in the ring may hold; a larger one goes through the pipe.
 DEPTH = 16
@@ -27,17 +26,19 @@ class Ring:
         self._real: Floats = np.frombuffer(real, np.float64).reshape(DEPTH, -1, 2)
         self.capacity = self._whole.shape[2]
 
-    def put(self, frame: Frame) -> None:
-        """Write the arrays of a step."""
+    def put(self, frame: Frame) -> Frame:
+        """Write the arrays of a step, and return it without them."""
         slot, count = frame.step % DEPTH, len(frame.rows)
         self._whole[slot, 0, :count] = frame.rows
         self._whole[slot, 1, :count] = frame.lane
         self._real[slot, :count] = frame.front_m
+        return replace(frame, rows=frame.rows[:0], front_m=frame.front_m[:0], lane=frame.lane[:0])
 
-    def take(self, step: int, count: int) -> tuple[Ints, Floats, Ints]:
-        """Return copies of rows, front and lane of a step."""
-        whole = self._whole[step % DEPTH, :, :count]
-        return whole[0].copy(), self._real[step % DEPTH, :count].copy(), whole[1].copy()
+    def take(self, frame: Frame, count: int) -> Frame:
+        """Return a step with copies of its arrays, of `count` vehicles."""
+        slot = frame.step % DEPTH
+        whole, front_m = self._whole[slot, :, :count], self._real[slot, :count]
+        return replace(frame, rows=whole[0].copy(), front_m=front_m.copy(), lane=whole[1].copy())
 
 
 @dataclass(frozen=True)
@@ -45,19 +46,12 @@ class Head:
     """What goes through the pipe for a step.
 
     Attributes:
-        step, time_s, left, departures, on_road, spoofers_m: as in `Frame`.
-        count: vehicles in the ring.
+        frame: the step; its arrays are empty where they are in the ring.
+        in_ring: number of vehicles there, None where the step did not fit.
         sumo_s, read_s: seconds spent so far.
-        frame: the whole step where it did not fit the ring.
     """
 
-    step: int
-    time_s: float
-    left: list[int]
-    departures: list[Departure]
-    on_road: int
-    spoofers_m: Mapping[str, Floats]
-    count: int
+    frame: Frame
+    in_ring: int | None
     sumo_s: float
     read_s: float
-    frame: Frame | None

@@ -107,18 +107,5 @@ def _show_frames(connection: Connection, ring: Ring, session: "SumoSession", dur
 
 def _send_frame(connection: Connection, ring: Ring, session: "SumoSession", frame: Frame) -> None:
     fits = len(frame.rows) <= ring.capacity
-    if fits:
-        ring.put(frame)
-    head = Head(
-        frame.step,
-        frame.time_s,
-        frame.left,
-        frame.departures,
-        frame.on_road,
-        frame.spoofers_m,
-        len(frame.rows),
-        session.sumo_s,
-        session.read_s,
-        None if fits else frame,
-    )
-    send(connection, head)
+    sent, in_ring = (ring.put(frame), len(frame.rows)) if fits else (frame, None)
+    send(connection, Head(sent, in_ring, session.sumo_s, session.read_s))

@@ -113,7 +113,7 @@ def says_why_and_is_gone(connection, *others):
     empty = np.zeros(0, np.int32)
     for step in range(3):
         frame = Frame(step, 0.1 * step, [], [], empty, np.zeros((0, 2)), empty, 0, {})
-        connection.send(Head(step, frame.time_s, [], [], 0, {}, 0, 0.0, 0.0, frame))
+        connection.send(Head(frame, None, 0.0, 0.0))
     connection.send(GpsecError("run.sumocfg: SUMO says: why"))
 
 
