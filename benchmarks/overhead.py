@@ -6,8 +6,8 @@ from typing import Any
 from benchmarks.bench import Bench
 from benchmarks.figures import Figure, Round, Sample
 from benchmarks.processes import Usage
-from gpsec.traffic.clock import step_count
 from gpsec.traffic.options import resolve_options
+from gpsec.traffic.source import step_count
 
 # Long enough that start and tables weigh as in a run that somebody waits for.
 SECONDS, QUICK_SECONDS = 180.0, 5.0

@@ -16,11 +16,18 @@ from gpsec.attacks.two_stage import TwoStage
 from gpsec.core.errors import GpsecError, nearest, shown
 from gpsec.core.registry import Registry, subclass_named
 
+_OWN: tuple[type[Attack], ...] = (
+    ConstantBias,
+    Stealth,
+    TwoStage,
+    Drift,
+    Noise,
+    Replay,
+    Jamming,
+    LaneAlias,
+)
 ATTACKS: Registry[type[Attack]] = Registry(
-    "attack",
-    "gpsec.attacks",
-    {attack.name: attack for attack in (ConstantBias, Stealth, TwoStage, Drift, Noise, Replay, Jamming, LaneAlias)},
-    subclass_named(Attack),
+    "attack", "gpsec.attacks", {attack.name: attack for attack in _OWN}, subclass_named(Attack)
 )
 
 

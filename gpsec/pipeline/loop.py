@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from gpsec.attacks.base import Victims
-from gpsec.attacks.deviation import note_deviation
-from gpsec.attacks.history import new_history, past_fixes, record_fixes
+from gpsec.attacks.knowledge import new_history, note_deviation, past_fixes, record_fixes
 from gpsec.attacks.schedule import Clock, Plan, Schedule, needed_memory_s
 from gpsec.core import noise
 from gpsec.core.arrays import Flags, Ints

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gpsec.attacks.base import Attack, Spoofed, Victims
-from gpsec.attacks.history import new_history, past_fixes, record_fixes
+from gpsec.attacks.knowledge import new_history, past_fixes, record_fixes
 from gpsec.core.arrays import Flags, Floats
 from gpsec.core.noise import vehicle_key
 from gpsec.testing.contract import STEP_S, BrokenContractError, require

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gpsec.core.arrays import Flags, Floats, Ints, Longs
-from gpsec.traffic.clock import step_count
-from gpsec.traffic.source import Departure, Frame, TrafficSource
+from gpsec.traffic.source import Departure, Frame, TrafficSource, step_count
 
 NameColumn = NDArray[np.str_]
 

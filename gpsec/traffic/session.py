@@ -13,12 +13,11 @@ import libsumo
 
 from gpsec.core.errors import GpsecError, retold
 from gpsec.sumo.home import sumo_home
-from gpsec.traffic.clock import step_count
 from gpsec.traffic.names import VehicleNames, numbered_ids
 from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.outputs import without_lost_outputs
 from gpsec.traffic.roster import Roster
-from gpsec.traffic.source import Equip, Frame
+from gpsec.traffic.source import Equip, Frame, step_count
 from gpsec.traffic.stderr import CaughtStderr, sumo_words
 from gpsec.traffic.sumo_gui import GuiWindow, Look, WindowClosedError, window_arguments
 from gpsec.traffic.vehicle_attacks import Spoofers, carried_attacks, check_departing

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from math import ceil
 from typing import Protocol
 
 from gpsec.core.arrays import Floats, Ints
@@ -100,3 +101,8 @@ class TrafficSource(Protocol):
     def close(self) -> None:
         """Let go of the simulation."""
         ...
+
+
+def step_count(duration_s: float, step_s: float) -> int:
+    """Return how many steps of `step_s` cover `duration_s`, at least 0; rounding errors do not add one."""
+    return max(0, ceil(duration_s / step_s - 1e-6))

@@ -1,12 +1,14 @@
-"""Honest fixes of a while ago, for attacks that replay them."""
+"""What an attacker knows of its victims: the fixes of a while ago, and how far they have been led off."""
 
 from collections.abc import Callable
-from math import ceil
+from math import ceil, cos, sin
 from typing import NamedTuple
 
 from gpsec.core.arrays import Flags, Floats, Ints
 from gpsec.core.kernels import kernel
 from gpsec.core.tables import Table, blank
+from gpsec.types.tracks import Tracks
+from gpsec.types.vehicles import Vehicles
 
 
 class FixHistory(NamedTuple):
@@ -61,3 +63,18 @@ def record_fixes(rows: Ints, step: int, fix_m: Floats, fix_valid: Flags, history
             history.fix_m[row, now, 0] = history.fix_m[row, before, 0]
             history.fix_m[row, now, 1] = history.fix_m[row, before, 1]
             history.valid[row, now] = history.valid[row, before]
+
+
+@kernel
+def note_deviation(rows: Ints, tracks: Tracks, vehicles: Vehicles, estimate_m: Floats) -> None:
+    """Set the cross-track error of the undefended estimate, defence 0 of (M, D, 2), for track rows under attack.
+
+    The attacker is taken to know it.
+    """
+    for row in rows:
+        if tracks.attacked[row]:
+            v = tracks.vehicle[row]
+            yaw = vehicles.lane_yaw_rad[v]
+            x = estimate_m[row, 0, 0] - vehicles.rear_m[v, 0]
+            y = estimate_m[row, 0, 1] - vehicles.rear_m[v, 1]
+            tracks.deviation_m[row] = cos(yaw) * y - sin(yaw) * x

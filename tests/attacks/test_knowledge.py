@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gpsec.attacks.history import new_history, past_fixes, record_fixes
+from gpsec.attacks.knowledge import new_history, past_fixes, record_fixes
 
 ALL = np.arange(3, dtype=np.int32)
 
