@@ -30,6 +30,8 @@ _MODULES = (
     "gpsec.testing",
     "gpsec.attacks.base",
     "gpsec.detection.base",
+    "gpsec.detection.families",
+    "gpsec.detection.plain",
     "gpsec.localization.responses",
     "gpsec.sensors.profiles",
 )

@@ -1,111 +1,19 @@
 """The contract of a detector: `check_detector` holds all of it, each function of `DETECTOR_CHECKS` one rule."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from gpsec.core.arrays import Flags, Floats, Ints
 from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
 from gpsec.detection.alarm import GAP_S, HOLD_S
-from gpsec.detection.base import Detector, Observation
+from gpsec.detection.base import Detector
 from gpsec.detection.logs import Grid
 from gpsec.testing.contract import STEP_S, require
-from gpsec.testing.residuals import SCALE_M, make_log
-from gpsec.types.answers import Answers
-
-CASE_PROFILES = ("first", "second")
-
-
-class Answer(NamedTuple):
-    """(m,) or (T, m) statistic, scored and alarm."""
-
-    statistic: Floats
-    scored: Flags
-    alarm: Flags
-
-    def bytes(self) -> tuple[bytes, ...]:
-        """Return what two answers have in common that are equal to the last bit."""
-        return tuple(np.ascontiguousarray(array).tobytes() for array in self)
-
-    def at(self, part: Any) -> "Answer":
-        """Return a part of every array."""
-        return Answer(*(array[part] for array in self))
-
-
-class Bench:
-    """A detector at work on rows of its own; it has to answer in the second of three columns.
-
-    Attributes:
-        state: what it remembers.
-    """
-
-    def __init__(self, detector: Detector, capacity: int) -> None:
-        self._detector = detector
-        self.state = detector.new_state(capacity)
-        self._answers = Table(Answers, capacity, detectors=3, defences=0)
-
-    def ask(self, seen: Observation, threshold: Floats, threads: Threads | None = None) -> Answer:
-        """Let the detector take a step, and return what it answers.
-
-        Raises:
-            BrokenContractError: it answered elsewhere.
-        """
-        answers = self._answers.now
-        own = np.zeros(answers.alarm.shape, np.bool_)
-        own[seen.rows, 1] = True
-        columns = answers.statistic, answers.scored, answers.alarm, answers.unscored_steps
-        before = [array.copy() for array in columns]
-        self._detector.update(self.state.now, seen, threshold, answers, 1, threads)
-        pairs = zip(before, columns, strict=True)
-        untouched = all(one[~own].tobytes() == other[~own].tobytes() for one, other in pairs)
-        require(untouched, "answers stand at the observed rows of the detector's column, and nowhere else")
-        at = seen.rows, 1
-        return Answer(answers.statistic[at], answers.scored[at], answers.alarm[at])
-
-    def reset(self, rows: Ints) -> None:
-        """Begin anew in `rows`."""
-        self.state.reset(rows)
-        self._answers.reset(rows)
-
-    def copy(self, source: Ints, target: Ints) -> None:
-        """Let the rows `target` go on from where the rows `source` are."""
-        self.state.copy(source, target)
-        self._answers.copy(source, target)
-
-
-@dataclass(frozen=True)
-class DetectorCase:
-    """A detector to be checked.
-
-    Attributes:
-        build: returns the detector for sensor profiles, of which there are one or two.
-        threshold: that benign residuals of `gpsec.testing.residuals` seldom pass.
-        slack: a bias of twice this multiple of the scale is more anomalous than none.
-    """
-
-    build: Callable[[Sequence[str]], Detector]
-    threshold: float
-    slack: float = 1.0
-
-    def bench(self, capacity: int, profiles: Sequence[str] = CASE_PROFILES) -> Bench:
-        """Return the detector at work on `capacity` rows."""
-        return Bench(self.build(profiles), capacity)
-
-    def ask(self, bench: Bench, seen: Observation, threads: Threads | None = None) -> Answer:
-        """Return what the detector answers with the threshold of the case."""
-        return bench.ask(seen, np.full(len(seen.rows), self.threshold), threads)
-
-    def run(
-        self, grid: Grid, steps: int | None = None, bench: Bench | None = None, threads: Threads | None = None
-    ) -> Answer:
-        """Return (T, V) answers for all vehicles of a grid, whose profiles alternate."""
-        bench = self.bench(len(grid.length)) if bench is None else bench
-        count = len(grid.valid) if steps is None else steps
-        answers = [self.ask(bench, observe(grid, t), threads) for t in range(count)]
-        return Answer(*(np.stack(column) for column in zip(*answers, strict=True)))
+from gpsec.testing.detector_bench import CASE_PROFILES, DetectorCase, observe, take
+from gpsec.testing.residuals import SCALE_M, benign, make_log, noiseless, spoofed, with_gap
 
 
 def check_detector(build: Callable[[Sequence[str]], Detector], threshold: float, slack: float = 1.0) -> None:
@@ -123,45 +31,6 @@ def check_detector(build: Callable[[Sequence[str]], Detector], threshold: float,
     case = DetectorCase(build, threshold, slack)
     for check in DETECTOR_CHECKS:
         check(case)
-
-
-def observe(grid: Grid, t: int) -> Observation:
-    """Return what there is to see in a step; the vehicles' profiles alternate."""
-    seen = grid.observe(t)
-    return seen._replace(profile=(seen.rows % 2).astype(np.int32))
-
-
-def take(seen: Observation, chosen: Any) -> Observation:
-    """Return some rows of an observation, in the order of `chosen`."""
-    columns = (np.ascontiguousarray(column[chosen]) for column in seen[:-1])
-    return Observation._make([*columns, seen.step_s])
-
-
-def spoofed(grid: Grid, first: int, offset_m: float) -> Grid:
-    """Return residuals that are moved from step `first` on."""
-    residual = grid.residual_m.copy()
-    residual[first:] += np.where(grid.valid[first:], offset_m, 0.0)
-    return replace(grid, residual_m=residual)
-
-
-def benign(vehicles: int = 24, steps: int = 260, seed: int = 9) -> Grid:
-    """Return residuals with noise, bends, junctions and gaps."""
-    return Grid.of([make_log(vehicles, steps, seed=seed)])
-
-
-def noiseless(vehicles: int, steps: int) -> Grid:
-    """Return valid residuals of exactly zero."""
-    return Grid.of([make_log(vehicles, steps, seed=0, white=0.0, slow=0.0, chord_m=0.0, gaps=False)])
-
-
-def with_gap(gap: int, bias: float = 8.0, after: float = 0.0, total: int = 300) -> Grid:
-    """Return residuals of `bias` scales from step 60, none from step 100 for `gap` steps, then of `after` scales."""
-    grid = noiseless(1, total)
-    grid.residual_m[60:100] = bias * SCALE_M
-    grid.residual_m[100 + gap :] = after * SCALE_M
-    grid.valid[100 : 100 + gap] = False
-    grid.residual_m[100 : 100 + gap] = 0.0
-    return grid
 
 
 def answers_have_shapes_types_and_masks(case: DetectorCase) -> None:

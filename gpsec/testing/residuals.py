@@ -1,8 +1,10 @@
 """Residuals like those of the loop: white noise, slow GNSS error, chord error in curves, gaps in junctions."""
 
+from dataclasses import replace
+
 import numpy as np
 
-from gpsec.detection.logs import ResidualLog
+from gpsec.detection.logs import Grid, ResidualLog
 from gpsec.testing.contract import STEP_S
 
 SCALE_M = 0.3
@@ -49,3 +51,30 @@ def make_log(
         curvature_per_m=(bend + 1e-3 * rng.normal(size=shape)).ravel(),
         camera_sigma_m=(0.08 + 2.0 * bend).ravel(),
     )
+
+
+def spoofed(grid: Grid, first: int, offset_m: float) -> Grid:
+    """Return residuals that are moved from step `first` on."""
+    residual = grid.residual_m.copy()
+    residual[first:] += np.where(grid.valid[first:], offset_m, 0.0)
+    return replace(grid, residual_m=residual)
+
+
+def benign(vehicles: int = 24, steps: int = 260, seed: int = 9) -> Grid:
+    """Return residuals with noise, bends, junctions and gaps."""
+    return Grid.of([make_log(vehicles, steps, seed=seed)])
+
+
+def noiseless(vehicles: int, steps: int) -> Grid:
+    """Return valid residuals of exactly zero."""
+    return Grid.of([make_log(vehicles, steps, seed=0, white=0.0, slow=0.0, chord_m=0.0, gaps=False)])
+
+
+def with_gap(gap: int, bias: float = 8.0, after: float = 0.0, total: int = 300) -> Grid:
+    """Return residuals of `bias` scales from step 60, none from step 100 for `gap` steps, then of `after` scales."""
+    grid = noiseless(1, total)
+    grid.residual_m[60:100] = bias * SCALE_M
+    grid.residual_m[100 + gap :] = after * SCALE_M
+    grid.valid[100 : 100 + gap] = False
+    grid.residual_m[100 : 100 + gap] = 0.0
+    return grid

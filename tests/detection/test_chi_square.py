@@ -2,7 +2,7 @@ import numpy as np
 
 from gpsec.detection.base import Observation
 from gpsec.detection.chi_square import ChiSquare
-from gpsec.testing.detectors import Bench
+from gpsec.testing.detector_bench import Bench
 
 
 def observe(residual_m, valid=True, elapsed_steps=1):

@@ -15,14 +15,9 @@ from gpsec.detection.models import build_detectors, thresholds_for
 from gpsec.detection.plain import WindowDetector
 from gpsec.detection.registry import DETECTORS
 from gpsec.testing import DETECTOR_CHECKS, BrokenContractError, check_detector
-from gpsec.testing.detectors import (
-    CASE_PROFILES,
-    DetectorCase,
-    a_long_gap_forgets_and_a_short_one_does_not,
-    an_alarm_ends_soon_after_the_attack,
-    benign,
-    spoofed,
-)
+from gpsec.testing.detector_bench import CASE_PROFILES, DetectorCase
+from gpsec.testing.detectors import a_long_gap_forgets_and_a_short_one_does_not, an_alarm_ends_soon_after_the_attack
+from gpsec.testing.residuals import benign, spoofed
 from gpsec.types.answers import Answers
 
 NAMES = [name for name in DETECTORS if name != Oracle.name]

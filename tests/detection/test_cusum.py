@@ -7,7 +7,7 @@ from filterpy.kalman import KalmanFilter
 
 from gpsec.detection import whitening
 from gpsec.detection.cusum import Cusum
-from gpsec.testing.detectors import Bench
+from gpsec.testing.detector_bench import Bench
 from gpsec.testing.residuals import make_log
 
 from .test_chi_square import observe

@@ -7,7 +7,7 @@ from gpsec.detection import forest_training
 from gpsec.detection.forest import DEEPEST, average_path, join, score
 from gpsec.detection.isolation_forest import FEATURES, WINDOW, IsolationForest
 from gpsec.detection.logs import Grid
-from gpsec.testing.detectors import Bench
+from gpsec.testing.detector_bench import Bench
 from gpsec.testing.residuals import make_log
 
 

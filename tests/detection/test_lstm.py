@@ -12,7 +12,7 @@ from gpsec.detection.lstm import DECAYS, Lstm
 from gpsec.detection.lstm_cell import HIDDEN, INPUTS, exp32
 from gpsec.detection.lstm_cusum import LstmCusum
 from gpsec.reference.forecast import PlainNetwork
-from gpsec.testing.detectors import Bench, take
+from gpsec.testing.detector_bench import Bench, take
 from gpsec.testing.residuals import make_log
 
 
