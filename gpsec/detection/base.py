@@ -1,11 +1,13 @@
 """What every detector shares. A higher statistic is more anomalous, everywhere."""
 
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
 from gpsec.core.arrays import Flags, Floats, Ints
 from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
+from gpsec.detection.pairing import Sampling
 from gpsec.types.answers import Answers
 
 
@@ -71,3 +73,22 @@ class LabelledDetector(ABC):
     @abstractmethod
     def update(self, rows: Ints, attacked: Flags, answers: Answers, column: int) -> None:
         """Answer for (m,) `rows` of which (m,) `attacked` are under attack in this step."""
+
+
+@dataclass(frozen=True)
+class Detection:
+    """The detectors of a run, with what they need of its profiles.
+
+    Attributes:
+        names: of the K detectors.
+        detectors: themselves.
+        thresholds: (profiles, K).
+        scale_m: (profiles,) standard deviation of the residual that each profile promises.
+        sampling: how old samples may be of which a residual is formed.
+    """
+
+    names: tuple[str, ...]
+    detectors: tuple[Detector | LabelledDetector, ...]
+    thresholds: Floats
+    scale_m: Floats
+    sampling: Sampling

@@ -7,10 +7,9 @@ from gpsec.core.arrays import Ints
 from gpsec.core.stopwatch import Stopwatch
 from gpsec.core.tables import Rows, Table
 from gpsec.core.threads import Threads
-from gpsec.detection.base import LabelledDetector, Observation
+from gpsec.detection.base import Detection, LabelledDetector, Observation
 from gpsec.detection.pairing import Pending
 from gpsec.detection.residual import Residuals
-from gpsec.detection.watchers import Watchers
 from gpsec.localization.responses import World
 from gpsec.localization.state import FilterState, report
 from gpsec.localization.switch import Localization
@@ -22,18 +21,19 @@ from gpsec.types.vehicles import Measurements, Vehicles
 class BatchedMethod:
     """The kernels: all tracks at once."""
 
-    def __init__(self, world: World, watchers: Watchers, localization: Localization) -> None:
+    def __init__(self, world: World, detection: Detection, localization: Localization) -> None:
         self._world = world
-        self._watchers = watchers
+        self._detection = detection
         self._localization = localization
-        self._residuals = Residuals(world.view, watchers.sampling)
+        self._residuals = Residuals(world.view, detection.sampling)
         self._pending = Table(Pending)
         self._detector_states: list[Table[Any] | None] = [
-            None if isinstance(detector, LabelledDetector) else detector.new_state(1) for detector in watchers.detectors
+            None if isinstance(detector, LabelledDetector) else detector.new_state(1)
+            for detector in detection.detectors
         ]
         self._filters: FilterState = localization.new_state(1)
         self._history = localization.new_history()
-        lengths = {"detectors": len(watchers.names), "defences": len(localization.responses)}
+        lengths = {"detectors": len(detection.names), "defences": len(localization.responses)}
         self._answers = Table(Answers, **lengths)
 
     @property
@@ -101,7 +101,7 @@ class BatchedMethod:
             residual_m=tracks.residual_m[rows],
             valid=tracks.residual_valid[rows],
             elapsed_steps=self._pending.now.elapsed_steps[rows],
-            scale_m=self._watchers.scale_m[profile],
+            scale_m=self._detection.scale_m[profile],
             speed_mps=seen.speed_mps[vehicle],
             curvature_per_m=self._pending.now.curvature_per_m[rows],
             camera_sigma_m=self._pending.now.sigma_m[rows],
@@ -109,11 +109,11 @@ class BatchedMethod:
         )
         attacked = tracks.attacked[rows]
         watch.lap("matching")
-        for k, detector in enumerate(self._watchers.detectors):
+        for k, detector in enumerate(self._detection.detectors):
             state = self._detector_states[k]
             if isinstance(detector, LabelledDetector):
                 detector.update(rows, attacked, self.answers, k)
             elif state is not None:
-                threshold = self._watchers.thresholds[:, k].take(profile)
+                threshold = self._detection.thresholds[:, k].take(profile)
                 detector.update(state.now, observation, threshold, self.answers, k, threads)
-            watch.lap(f"detector {self._watchers.names[k]}")
+            watch.lap(f"detector {self._detection.names[k]}")

@@ -9,9 +9,9 @@ import numpy as np
 from gpsec.attacks.schedule import Plan, build_plans
 from gpsec.attacks.vehicle_plans import plans_from_vehicles
 from gpsec.attacks.zones import plans_from_zones, zone_keys
+from gpsec.detection.base import Detection
 from gpsec.detection.models import build_detectors, load_models, thresholds_for
 from gpsec.detection.pairing import Sampling
-from gpsec.detection.watchers import Watchers
 from gpsec.hdmap.arrays import MapView
 from gpsec.hdmap.map import HDMap, load_map
 from gpsec.hdmap.search import MODES
@@ -78,7 +78,7 @@ def lay_ground(scenario: Scenario) -> Ground:
     return Ground(options, choice, hd_map, Sensors(profiles, options.step_s), world)
 
 
-def make_watchers(scenario: Scenario, ground: Ground) -> Watchers:
+def make_detection(scenario: Scenario, ground: Ground) -> Detection:
     """Return the detectors of a run: those of the scenario, then the bounds that its defences use.
 
     Raises:
@@ -89,7 +89,7 @@ def make_watchers(scenario: Scenario, ground: Ground) -> Watchers:
     names = (*scenario.detection.detectors, *(bound for bound in BOUNDS if bound in used))
     profiles, matching = ground.choice.profiles, scenario.fleet.matching
     models = None if scenario.detection.models is None else load_models(Path(scenario.detection.models))
-    return Watchers(
+    return Detection(
         names=names,
         detectors=tuple(build_detectors(names, profiles, matching, models)),
         thresholds=thresholds_for(names, profiles, matching, scenario.detection.false_alarm_rate, models),

@@ -16,7 +16,7 @@ from gpsec.core.stopwatch import Stopwatch
 from gpsec.core.threads import Threads
 from gpsec.localization.consistency import Consistency, along_and_across, consistency, nees, nis
 from gpsec.pipeline.batched import BatchedMethod
-from gpsec.pipeline.build import lay_ground, make_localization, make_plans, make_watchers
+from gpsec.pipeline.build import lay_ground, make_detection, make_localization, make_plans
 from gpsec.pipeline.loop import Loop, LoopSettings
 from gpsec.scenario import Scenario, load_scenario
 from gpsec.scenario.sections import Defence
@@ -119,8 +119,8 @@ def measure_consistency(scenario: Scenario, profile: str, duration_s: float) -> 
         }
     )
     ground = lay_ground(honest)
-    watchers = make_watchers(honest, ground)
-    method = _Watching(ground.world, watchers, make_localization(honest, ground.world, watchers.names))
+    detection = make_detection(honest, ground)
+    method = _Watching(ground.world, detection, make_localization(honest, ground.world, detection.names))
     method.ledger, method.names = Ledger(), {name: d for d, name in enumerate([*TRUSTING, *ISOLATED])}
     with RemoteSession(ground.options, ground.hd_map.lane_index, ground.choice.equipped) as session:
         settings = LoopSettings(

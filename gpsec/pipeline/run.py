@@ -15,7 +15,7 @@ from gpsec.core.kernels import load
 from gpsec.core.progress import Progress, Report
 from gpsec.core.stopwatch import Stopwatch
 from gpsec.core.threads import Threads
-from gpsec.detection.watchers import Watchers
+from gpsec.detection.base import Detection
 from gpsec.outcomes.recorder import Outcomes
 from gpsec.outcomes.state import OutcomeState
 from gpsec.outcomes.steps import StepLog
@@ -23,7 +23,7 @@ from gpsec.outcomes.study import Study
 from gpsec.outcomes.tables import STEP_LOG
 from gpsec.outcomes.view import StepView
 from gpsec.pipeline.batched import BatchedMethod
-from gpsec.pipeline.build import Ground, lay_ground, make_localization, make_plans, make_watchers
+from gpsec.pipeline.build import Ground, lay_ground, make_detection, make_localization, make_plans
 from gpsec.pipeline.fleet_choice import Few
 from gpsec.pipeline.loop import Loop, LoopSettings
 from gpsec.pipeline.manifest import Counts, write_manifest
@@ -94,14 +94,14 @@ def run_scenario(
     began = perf_counter()
     report(Progress(scenario.name, stage="loading the net"))
     ground = lay_ground(scenario)
-    watchers = make_watchers(scenario, ground)
+    detection = make_detection(scenario, ground)
     with ExitStack() as stack:
         stack.enter_context(threadpool_limits(1))
         choice = ground.choice if only is None else Few.named(ground.choice, only)
         traffic = (start or RemoteSession)(ground.options, ground.hd_map.lane_index, choice.equipped)
         session = stack.enter_context(traffic)
         load()  # while SUMO loads its net
-        _Run(scenario, folder, report, ground, watchers, session, stack, onlooker).go(began)
+        _Run(scenario, folder, report, ground, detection, session, stack, onlooker).go(began)
 
 
 class _Run:
@@ -113,7 +113,7 @@ class _Run:
         folder: Path,
         report: Report,
         ground: Ground,
-        watchers: Watchers,
+        detection: Detection,
         session: Traffic,
         stack: ExitStack,
         onlooker: Onlooker | None,
@@ -136,13 +136,13 @@ class _Run:
         plans = self.plans = make_plans(scenario, session)
         defences = [(defence.detector, defence.response) for defence in scenario.defences]
         names = [NO_ATTACK, *(plan.name for plan in plans)]
-        method = _method(scenario, ground, watchers)
+        method = _method(scenario, ground, detection)
         study = Study(
             tuple(names),
-            watchers.names,
+            detection.names,
             tuple(defences),
             ground.choice.profiles,
-            watchers.thresholds,
+            detection.thresholds,
             session.step_s,
         )
         self.outcomes = Outcomes(study, ground.hd_map.sides)
@@ -153,7 +153,7 @@ class _Run:
         if scenario.log_steps or scenario.log_vehicles:
             path = folder / STEP_LOG
             hd_map = ground.hd_map
-            log = StepLog(path, names, watchers.names, defences, hd_map.lane_ids, hd_map.projector)
+            log = StepLog(path, names, detection.names, defences, hd_map.lane_ids, hd_map.projector)
             self.log = stack.enter_context(log)
         self.method = method
         settings = LoopSettings(
@@ -314,10 +314,10 @@ def _warnings(ground: Ground) -> list[str]:
     return said
 
 
-def _method(scenario: Scenario, ground: Ground, watchers: Watchers) -> Method:
-    localization = make_localization(scenario, ground.world, watchers.names)
+def _method(scenario: Scenario, ground: Ground, detection: Detection) -> Method:
+    localization = make_localization(scenario, ground.world, detection.names)
     if scenario.engine == "reference":
         from gpsec.reference.method import ReferenceMethod
 
-        return ReferenceMethod(ground.hd_map, ground.world, watchers, localization)
-    return BatchedMethod(ground.world, watchers, localization)
+        return ReferenceMethod(ground.hd_map, ground.world, detection, localization)
+    return BatchedMethod(ground.world, detection, localization)

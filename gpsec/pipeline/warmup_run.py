@@ -8,7 +8,7 @@ import numpy as np
 from gpsec.core.arrays import Ints
 from gpsec.core.tables import Table
 from gpsec.localization.responses import Cells
-from gpsec.pipeline.build import lay_ground, make_localization, make_watchers
+from gpsec.pipeline.build import lay_ground, make_detection, make_localization
 from gpsec.pipeline.run import run_scenario
 from gpsec.scenario import Scenario
 from gpsec.traffic.offline import OfflineTraffic
@@ -77,7 +77,7 @@ def warm_up(scenario: Scenario, folder: Path) -> None:
 def _correct(scenario: Scenario) -> None:
     """Let every response correct an estimate; no filter of the extras is ever isolated by itself."""
     ground = lay_ground(scenario)
-    localization = make_localization(scenario, ground.world, make_watchers(scenario, ground).names)
+    localization = make_localization(scenario, ground.world, make_detection(scenario, ground).names)
     first = np.zeros(1, np.int32)
     cells = Cells(first, first, np.zeros(1, np.bool_))
     for response in localization.responses:

@@ -7,7 +7,7 @@ from gpsec.core.arrays import Ints
 from gpsec.core.stopwatch import Stopwatch
 from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
-from gpsec.detection.watchers import Watchers
+from gpsec.detection.base import Detection
 from gpsec.hdmap.map import HDMap
 from gpsec.localization.noise import noise_of
 from gpsec.localization.responses import World
@@ -49,7 +49,7 @@ class ReferenceMethod:
     Implements `gpsec.types.method.Method`.
     """
 
-    def __init__(self, hd_map: HDMap, world: World, watchers: Watchers, localization: Localization) -> None:
+    def __init__(self, hd_map: HDMap, world: World, detection: Detection, localization: Localization) -> None:
         """Prepare for tracks.
 
         Raises:
@@ -57,7 +57,7 @@ class ReferenceMethod:
 
         """
         self._world = world
-        self._watchers = watchers
+        self._detection = detection
         self._localization = localization
         self._profiles = len(world.view.layer)
         matchers = {
@@ -65,10 +65,10 @@ class ReferenceMethod:
             for layer in set(world.view.layer.tolist())
         }
         self._matchers = [matchers[layer] for layer in world.view.layer.tolist()]
-        self._make_detector = [detector_maker(detector, self._profiles) for detector in watchers.detectors]
+        self._make_detector = [detector_maker(detector, self._profiles) for detector in detection.detectors]
         self._tracks: dict[int, ReferenceTrack] = {}
         self._new_localization(0)  # says now, rather than with the first vehicle, what is missing
-        lengths = {"detectors": len(watchers.names), "defences": len(localization.responses)}
+        lengths = {"detectors": len(detection.names), "defences": len(localization.responses)}
         self._answers = Table(Answers, **lengths)
 
     @property
@@ -148,12 +148,12 @@ class ReferenceMethod:
             answers.isolated[row, d] = defence.isolated
 
     def _new_track(self, profile: int) -> ReferenceTrack:
-        watchers = self._watchers
+        detection = self._detection
         detectors = [
-            make(Scale(profile, float(watchers.scale_m[profile]), float(threshold), self._world.step_s))
-            for make, threshold in zip(self._make_detector, watchers.thresholds[profile], strict=True)
+            make(Scale(profile, float(detection.scale_m[profile]), float(threshold), self._world.step_s))
+            for make, threshold in zip(self._make_detector, detection.thresholds[profile], strict=True)
         ]
-        sampling = watchers.sampling
+        sampling = detection.sampling
         pairing = Pairing(sampling.step_s, int(sampling.fix_steps[profile]), int(sampling.camera_steps[profile]))
         return ReferenceTrack(pairing, detectors, self._new_localization(profile))
 

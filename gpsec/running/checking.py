@@ -39,12 +39,12 @@ def check_scenario(scenario: Scenario) -> Checked:
 
 
 def _look(scenario: Scenario) -> Checked:
-    from gpsec.pipeline.build import lay_ground, make_plans, make_watchers
+    from gpsec.pipeline.build import lay_ground, make_detection, make_plans
     from gpsec.traffic.remote import RemoteSession
     from gpsec.traffic.stderr import input_warnings
 
     ground = lay_ground(scenario)
-    make_watchers(scenario, ground)
+    make_detection(scenario, ground)
     with RemoteSession(ground.options, ground.hd_map.lane_index, ground.choice.equipped) as session:
         plans = make_plans(scenario, session)
         for _ in session.frames(0.0):  # none, but SUMO's warnings come at their end

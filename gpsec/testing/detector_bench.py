@@ -54,7 +54,7 @@ class Bench:
         answers = self._answers.now
         own = np.zeros(answers.alarm.shape, np.bool_)
         own[seen.rows, 1] = True
-        columns = answers.statistic, answers.scored, answers.alarm, answers.unscored_steps
+        columns: tuple[np.ndarray, ...] = answers.statistic, answers.scored, answers.alarm, answers.unscored_steps
         before = [array.copy() for array in columns]
         self._detector.update(self.state.now, seen, threshold, answers, 1, threads)
         pairs = zip(before, columns, strict=True)

@@ -9,6 +9,7 @@ from sklearn.ensemble import IsolationForest as SklearnForest
 
 from gpsec.attacks.plans import plan_config
 from gpsec.attacks.schedule import build_plans
+from gpsec.detection.base import Detection
 from gpsec.detection.bounds import Never, Oracle
 from gpsec.detection.chi_square import ChiSquare
 from gpsec.detection.cusum import Cusum
@@ -18,7 +19,6 @@ from gpsec.detection.learned import Learned
 from gpsec.detection.lstm import Lstm
 from gpsec.detection.lstm_cell import HIDDEN, INPUTS, OUTPUTS
 from gpsec.detection.lstm_cusum import LstmCusum
-from gpsec.detection.watchers import Watchers
 from gpsec.localization.camera_ukf import CameraUkf
 from gpsec.localization.dead_reckoning import DeadReckoning
 from gpsec.localization.no_response import NoResponse
@@ -111,7 +111,7 @@ def learned_for(seed: int) -> dict[str, Learned]:
     }
 
 
-def watchers_for(profiles: Sequence[str], step_s: float) -> Watchers:
+def detection_for(profiles: Sequence[str], step_s: float) -> Detection:
     """Detectors that differ between profiles."""
     learned = [learned_for(seed) for seed in range(len(profiles))]
     detectors = (
@@ -123,7 +123,7 @@ def watchers_for(profiles: Sequence[str], step_s: float) -> Watchers:
         Never(),
         Oracle(),
     )
-    return Watchers(
+    return Detection(
         names=tuple(detector.name for detector in detectors),
         detectors=detectors,
         thresholds=np.tile([4.0, 6.0, 0.62, 4.0, 6.0, 0.5, 0.5], (len(profiles), 1)),
@@ -152,9 +152,9 @@ def _network(seed: int) -> Learned:
     }
 
 
-def localization_for(ground: Ground, watchers: Watchers) -> Localization:
+def localization_for(ground: Ground, detection: Detection) -> Localization:
     responses = {kind: kind() for _, kind in DEFENCES}
-    columns = np.array([watchers.names.index(detector) for detector, _ in DEFENCES], np.int32)
+    columns = np.array([detection.names.index(detector) for detector, _ in DEFENCES], np.int32)
     return Localization(columns, [responses[kind] for _, kind in DEFENCES], ground.world, SwitchSettings())
 
 

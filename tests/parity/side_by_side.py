@@ -15,7 +15,7 @@ from gpsec.reference.method import ReferenceMethod
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Measurements, Vehicles
 
-from .drive import Drive, localization_for, watchers_for
+from .drive import Drive, detection_for, localization_for
 
 
 @dataclass
@@ -51,10 +51,10 @@ class SideBySide:
 
     def __init__(self, drive: Drive) -> None:
         ground = drive.ground
-        self.watchers = watchers_for(ground.choice.profiles, ground.options.step_s)
-        localization = localization_for(ground, self.watchers)
-        self.batched = BatchedMethod(ground.world, self.watchers, localization)
-        self.reference = ReferenceMethod(ground.hd_map, ground.world, self.watchers, localization)
+        self.detection = detection_for(ground.choice.profiles, ground.options.step_s)
+        localization = localization_for(ground, self.detection)
+        self.batched = BatchedMethod(ground.world, self.detection, localization)
+        self.reference = ReferenceMethod(ground.hd_map, ground.world, self.detection, localization)
         self.answers = self.batched.answers
         self.found = Comparison()
         self._responses = [response.name for response in localization.responses]
@@ -112,7 +112,7 @@ class SideBySide:
 
     def _compare_detectors(self, rows: Ints) -> None:
         one, other = self.reference.answers, self.batched.answers
-        for k, name in enumerate(self.watchers.names):
+        for k, name in enumerate(self.detection.names):
             self.found.relative(name, one.statistic[rows, k], other.statistic[rows, k])
             self.found.same(f"{name} scored", one.scored[rows, k], other.scored[rows, k])
             self.found.same(f"{name} alarm", one.alarm[rows, k], other.alarm[rows, k])
