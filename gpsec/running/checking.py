@@ -1,9 +1,11 @@
 """Everything that can be wrong before a run begins."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from gpsec.core.errors import GpsecError
 from gpsec.scenario import Scenario
+
+_ROUTE_STEPS = "--route-steps"
 
 
 @dataclass(frozen=True)
@@ -28,6 +30,9 @@ class Checked:
 def check_scenario(scenario: Scenario) -> Checked:
     """Compile the net, load the detectors' models, and let SUMO load all of the scenario without taking a step.
 
+    All vehicles, flows and routes are read, also those of later. What is only found when SUMO takes steps is not: that
+    a trip has no way to its end, that a vehicle is inserted where there is no room, or that nobody ever departs.
+
     Raises:
         GpsecError: something of it is wrong.
     """
@@ -45,7 +50,9 @@ def _look(scenario: Scenario) -> Checked:
 
     ground = lay_ground(scenario)
     make_detection(scenario, ground)
-    with RemoteSession(ground.options, ground.hd_map.lane_index, ground.choice.equipped) as session:
+    # As it is run, SUMO reads routes some minutes ahead, and meets what is wrong in them no sooner.
+    options = replace(ground.options, arguments=_reading_all_routes(ground.options.arguments))
+    with RemoteSession(options, ground.hd_map.lane_index, ground.choice.equipped) as session:
         plans = make_plans(scenario, session)
         for _ in session.frames(0.0):  # none, but SUMO's warnings come at their end
             pass
@@ -56,3 +63,10 @@ def _look(scenario: Scenario) -> Checked:
         tuple(ground.choice.profiles),
         tuple(input_warnings(session.warnings)),
     )
+
+
+def _reading_all_routes(arguments: tuple[str, ...]) -> tuple[str, ...]:
+    """Return SUMO's arguments, in pairs, with one that lets it read all route files at the start."""
+    pairs = zip(arguments[::2], arguments[1::2], strict=True)
+    kept = [part for name, value in pairs if name != _ROUTE_STEPS for part in (name, value)]
+    return (*kept, _ROUTE_STEPS, "0")

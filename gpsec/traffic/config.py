@@ -90,8 +90,9 @@ def is_file(path: Path) -> bool:
 
 
 def missing_file(config: SumoConfig, key: str, path: Path) -> GpsecError:
-    """Return the error for a `path` under `key` that is not there."""
-    return GpsecError(f"{config.path}: {key} names '{shown(path)}', which does not exist{_nearby(path)}")
+    """Return the error for a `path` under `key` at which there is no file."""
+    what = "is a folder: expected a file" if path.is_dir() else f"does not exist{_nearby(path)}"
+    return GpsecError(f"{config.path}: {key} names '{shown(path)}', which {what}")
 
 
 def _leaves(parent: ElementTree.Element, topic: str) -> list[tuple[str, ElementTree.Element]]:
@@ -110,11 +111,17 @@ def _unknown_option(path: Path, name: str, topic: str, known: dict[str, SumoOpti
 
 
 def _nearby(path: Path) -> str:
+    """Say which file beside `path` may have been meant: one of the same kind, or of nearly the same name."""
     try:
         if not path.parent.is_dir():
             return f" (there is no folder '{shown(path.parent)}')"
         names = sorted(entry.name for entry in path.parent.iterdir())
     except OSError:
         return ""
-    close = get_close_matches(path.name, names, n=1, cutoff=0.5)
-    return f": did you mean '{shown(close[0])}'?" if close else ""
+    stem, _, ending = path.name.partition(".")
+    alike = {name.partition(".")[0]: name for name in names if ending and name.partition(".")[2] == ending}
+    close = [alike[found] for found in get_close_matches(stem, alike, n=1, cutoff=0.6)]
+    close = close or get_close_matches(path.name, names, n=1, cutoff=0.8)
+    if close:
+        return f": did you mean '{shown(close[0])}'?"
+    return f" (of this kind there are: {shown(', '.join(alike.values()))})" if alike else ""

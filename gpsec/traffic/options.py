@@ -27,6 +27,12 @@ _VALIDATION = ("xml-validation", "xml-validation.net", "xml-validation.routes")
 _VALIDATED_HERE = ("never", "local")
 # Inputs in XML beside net, routes and additional files.
 _OTHER_INPUTS = ("load-state", "weight-files")
+# Roots of files that have no vehicles in them.
+_NO_ROUTES = {
+    "net": "a net",
+    "configuration": "a SUMO configuration",
+    "sumoConfiguration": "a SUMO configuration",
+}
 # Set anew from the run.
 _SET_HERE = {"step-length", "lateral-resolution", "seed", "random"}
 _QUIET = {
@@ -141,6 +147,7 @@ def _input_files(config: SumoConfig) -> dict[str, list[Path]]:
     if not files["net-file"]:
         raise GpsecError(f"{config.path}: expected the key 'net-file', found no net")
     _check_net(config, files["net-file"][0])
+    _check_routes(config, files["route-files"])
     refuse_addresses([path for key in (*files, *_OTHER_INPUTS) for path in config.paths(key)])
     return files
 
@@ -155,6 +162,21 @@ def _check_net(config: SumoConfig, path: Path) -> None:
     if root.tag != "net" or not root.get("version"):
         found = f"<{shown(root.tag)}>" if root.tag != "net" else "<net> without a version"
         raise GpsecError(f"{config.path}: net-file '{shown(path)}': expected <net version=…>, found {found}")
+
+
+def _check_routes(config: SumoConfig, paths: list[Path]) -> None:
+    """Refuse route files that are files of another kind: SUMO only warns of them, and then nobody departs."""
+    for path in paths:
+        try:
+            with open_input(path) as stream:
+                _, root = next(ElementTree.iterparse(stream, events=("start",)))
+        except (*UNREADABLE, StopIteration):
+            continue  # SUMO's session says what is wrong with it
+        if root.tag in _NO_ROUTES:
+            raise GpsecError(
+                f"{config.path}: route-files names '{shown(path)}': expected routes, found {_NO_ROUTES[root.tag]} "
+                f"(<{root.tag}>)"
+            )
 
 
 def _step(config: SumoConfig, asked_s: float | None, notes: list[str]) -> float:
