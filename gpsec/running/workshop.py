@@ -115,6 +115,9 @@ def occupied(folder: Path, out: Path) -> Iterator[None]:
             with lock:
                 yield
             return
+    if not folder.exists():  # as in /proc, where the system says that there is no such folder as the one to be made
+        place = next(parent for parent in folder.parents if parent.exists())
+        raise GpsecError(f"{out}: no results can be written there: no folder can be made in {place}")
     raise MachineError(f"{out}: no results can be written there: {folder} comes and goes")
 
 

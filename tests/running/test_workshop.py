@@ -118,3 +118,12 @@ def test_a_reader_finishes_what_was_begun(here: Path) -> None:
     settle(Path("out"))
     assert [path.name for path in (here / "out").iterdir()] == ["manifest.json"]
     assert [path.name for path in here.iterdir()] == ["out"]
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="there is no /proc")
+@pytest.mark.parametrize("out", ["/proc/x", "/proc/x/y"])
+def test_where_no_folder_can_be_made(out: str, here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    make(here, "a")
+    assert cli.main(["run", "a", "--out", out]) == 2
+    said = capsys.readouterr().err
+    assert said == f"gpsec: error: {out}: no results can be written there: no folder can be made in /proc\n"
