@@ -12,8 +12,6 @@ from gpsec.core.caches import stale
 from gpsec.core.errors import GpsecError
 from gpsec.running.leftovers import Leftover, leftovers, temporary
 
-_MEGABYTE = 1e6
-
 
 def clean(
     folders: Annotated[
@@ -47,8 +45,8 @@ def _clean(folders: Sequence[Path], *, yes: bool) -> int:
         return 0
     sizes = [left.size for left in found]
     for left, size in zip(found, sizes, strict=True):
-        say(f"{left.path}: {size / _MEGABYTE:.1f} MB, {left.what}")
-    if not (yes or _agreed(f"remove {_counted(len(found))}, {sum(sizes) / _MEGABYTE:.1f} MB?")):
+        say(f"{left.path}: {_readable(size)}, {left.what}")
+    if not (yes or _agreed(f"remove {_counted(len(found))}, {_readable(sum(sizes))}?")):
         return 0
     return _remove(found)
 
@@ -73,3 +71,11 @@ def _remove(found: Sequence[Leftover]) -> int:
 
 def _counted(number: int) -> str:
     return "1 of them" if number == 1 else f"{number} of them"
+
+
+def _readable(size: int) -> str:
+    """Return a number of bytes as one reads it; what is there is never 0."""
+    for unit, name in ((1e9, "GB"), (1e6, "MB"), (1e3, "kB")):
+        if size >= unit:
+            return f"{size / unit:.1f} {name}"
+    return f"{size} bytes"

@@ -45,6 +45,12 @@ def long_ago(path: Path) -> Path:
     return path
 
 
+def long_ago_with(path: Path, size: int) -> Path:
+    path.mkdir()
+    (path / "file").write_text("x" * size)
+    return long_ago(path)
+
+
 def litter(here: Path) -> list[Path]:
     """Leave one of each kind."""
     made = [
@@ -97,6 +103,13 @@ def test_all_of_it_is_listed_and_removed(here: Path, capsys: pytest.CaptureFixtu
     assert all(os.path.lexists(path) for path in others_)
     assert cli.main(["clean", "--yes"]) == 0
     assert capsys.readouterr().out == "nothing is left behind\n"
+
+
+def test_what_is_small_is_not_said_to_be_nothing(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = long_ago_with(here / ".gpsec-demand-abcdefgh", 1_200)
+    size = 1_200 + folder.lstat().st_size
+    assert cli.main(["clean"]) == 0
+    assert f": {size / 1000:.1f} kB, of a command that was killed" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(("answer", "removed"), [("y", True), ("", False), ("n", False)])
