@@ -168,8 +168,10 @@ def _threshold(model: ProfileModel, profile: str, rate: str, name: str) -> float
 def _of(models: Models | None, profile: str, matching: str) -> ProfileModel:
     available = bundled() if models is None else models
     if (profile, matching) not in available:
-        names = sorted(f"{p}/{m}" for p, m in available)
-        raise GpsecError(f"no model for '{profile}/{matching}': {nearest(f'{profile}/{matching}', names)}; {_RETRAIN}")
+        raise GpsecError(
+            f"no model for sensor profile '{shown(profile)}' with {matching} matching; run 'gpsec train --profile "
+            f"{shown(profile)}' (and --part, if the profile comes by it), and name its folder as detection.models"
+        )
     return available[profile, matching]
 
 

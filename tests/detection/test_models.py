@@ -55,8 +55,8 @@ def test_detectors_and_thresholds_come_by_name(folder):
     ("names", "profile", "matching", "rate", "message"),
     [
         (["lsmt"], "carla", "tracked", "1e-3/sample", "did you mean 'lstm'"),
-        (["lstm"], "carlo", "tracked", "1e-3/sample", "did you mean 'carla/tracked'"),
-        (["lstm"], "carla", "nearest", "1e-3/sample", "carla/nearest"),
+        (["lstm"], "carlo", "tracked", "1e-3/sample", "'carlo' with tracked .* 'gpsec train --profile carlo'"),
+        (["lstm"], "carla", "nearest", "1e-3/sample", "'carla' with nearest .* 'gpsec train --profile carla'"),
         (["lstm"], "carla", "tracked", "1e-3/samples", "did you mean '1e-3/sample'"),
         (["lstm"], "carla", "tracked", "0.1/h", "too little benign data"),
     ],
