@@ -1,6 +1,7 @@
 """Progress of scenarios: bars on a terminal, a plain line now and then elsewhere."""
 
 import time
+from dataclasses import dataclass
 from types import TracebackType
 from typing import Protocol, Self
 
@@ -10,7 +11,8 @@ from rich.progress import Progress as RichProgress
 
 from gpsec.core.progress import DONE, FAILED, Progress
 
-_LINE_EVERY_S = 15.0
+# Between the lines on one stage of a scenario: the first ones come soon, for short runs.
+_FIRST_LINE_S, _LINE_EVERY_S = 1.0, 15.0
 
 
 class Display(Protocol):
@@ -103,21 +105,27 @@ class TotalBar:
 
 
 class Lines:
-    """A line when the stage of a scenario changes, and every quarter of a minute."""
+    """A line when a stage of a scenario begins and ends, and now and then in between: soon at first, later seldom."""
 
     def __init__(self, console: Console) -> None:
         self._console = console
-        self._last: dict[str, tuple[str, float]] = {}
+        self._told: dict[str, _Told] = {}
 
     def __call__(self, progress: Progress) -> None:
         """Show a report, if its time has come."""
-        stage, shown_s = self._last.get(progress.scenario, ("", 0.0))
-        now_s = time.monotonic()
+        told, now_s = self._told.get(progress.scenario), time.monotonic()
         if progress.note:
             self._say(f"{progress.scenario}: {progress.note}")
-        if progress.stage != stage or now_s - shown_s >= _LINE_EVERY_S:
-            self._last[progress.scenario] = (progress.stage, now_s)
-            self._say(f"{progress.scenario}: {_numbers(progress)}")
+        if told is None or told.stage != progress.stage:
+            if told is not None and told.unsaid is not None:
+                self._say(f"{progress.scenario}: {_numbers(told.unsaid)}")
+            told = self._told[progress.scenario] = _Told(progress.stage, now_s, _FIRST_LINE_S)
+        elif now_s - told.said_s >= told.pause_s:
+            told.said_s, told.pause_s, told.unsaid = now_s, min(2.0 * told.pause_s, _LINE_EVERY_S), None
+        else:
+            told.unsaid = progress
+            return
+        self._say(f"{progress.scenario}: {_numbers(progress)}")
 
     def _say(self, line: str) -> None:
         self._console.print(line, markup=False, highlight=False, soft_wrap=True)
@@ -129,6 +137,16 @@ class Lines:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         return
+
+
+@dataclass
+class _Told:
+    """What was said last of a scenario: its stage, when, the pause after it, and what has been heard since."""
+
+    stage: str
+    said_s: float
+    pause_s: float
+    unsaid: Progress | None = None
 
 
 def _numbers(progress: Progress) -> str:

@@ -55,12 +55,12 @@ def test_keywords_are_keys_of_the_scenario() -> None:
     assert gpsec.read_scenario(read) is read
     again = gpsec.read_scenario(read, **{"fleet.matching": "nearest"}, plans={"drift": {"rate_mps": 0.3}}, seed=5)
     assert (again.seed, again.fleet.matching, again.fleet.profile) == (5, "nearest", read.fleet.profile)
-    rates = {plan.name: plan.parameters.get("rate_mps") for plan in again.plans}
+    rates = {plan.name: getattr(plan.parameters, "rate_mps", None) for plan in again.plans}
     assert rates["drift"] == 0.3
     assert len(again.plans) == len(read.plans)
     own = gpsec.read_scenario(read, plans=(*read.plans[:1], {"attack": "noise", "sigma_m": 2.0}))
     assert own.plans[0] == read.plans[0]
-    assert own.plans[1].parameters == {"sigma_m": 2.0}
+    assert own.plans[1].parameters.model_dump() == {"sigma_m": 2.0}
     with pytest.raises(gpsec.GpsecError, match="seed=-1: seed: expected at least 0, found -1"):
         gpsec.read_scenario(read, seed=-1)
     with pytest.raises(gpsec.GpsecError, match="duration=5: unknown key 'duration': did you mean 'duration_s'"):
