@@ -15,26 +15,9 @@ import gpsec
 PACKAGE = Path(gpsec.__file__).parent
 MOST = 8
 
-# To be changed: each of these still takes more. This set only ever shrinks.
-ALLOWED: set[str] = {
-    "localization.camera_ukf._correct",
-    "localization.lane_ukf.update",
-    "localization.rollback._rewind",
-    "localization.switch._propagate",
-    "localization.switch._rejoin",
-    "localization.switch.step",
-    "localization.ukf.update",
-    "localization.ukf5._correct",
-    "localization.ukf5_rollback._rewind",
-}
-
 
 def test_no_function_takes_more_than_eight_arguments() -> None:
-    assert {name: count for name, count in long_ones().items() if name not in ALLOWED} == {}
-
-
-def test_what_is_allowed_still_takes_more() -> None:
-    assert set(long_ones()) >= ALLOWED
+    assert long_ones() == {}
 
 
 @pytest.mark.parametrize(

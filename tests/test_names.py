@@ -16,25 +16,18 @@ SAME_ROLE = {"main", "T"}
 
 # To be renamed: each of these still has two meanings. This set only ever shrinks.
 ALLOWED: set[str] = {
-    "GYRO",
     "INTERRUPTED",
     "Part",
     "check",
     "display",
-    "drop_polluted_yaw",
     "is_finished",
-    "keep",
     "load",
     "load_parts",
-    "predict",
     "record",
-    "report",
     "run",
-    "start",
     "tell",
     "the_batch_equals_a_loop_of_singles",
     "train",
-    "update",
 }
 
 

@@ -48,7 +48,7 @@ def nees(error: Floats, covariance: Floats) -> Floats:
 
 
 def nis(innovation: Floats) -> Floats:
-    """Return the (n,) normalised squares of (n, d) innovations that are normalised one by one (`FilterState`)."""
+    """Return the (n,) normalised squares of (n, d) innovations that are normalised one by one (`Branches`)."""
     return np.asarray((innovation**2).sum(axis=-1))
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from gpsec.core.arrays import Floats, Ints
 from gpsec.core.kernels import inline, kernel
 from gpsec.core.tables import Table, blank
-from gpsec.localization.state import FilterArrays
+from gpsec.localization.state import Branches
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Measurements, Vehicles
 
@@ -59,7 +59,7 @@ class History(NamedTuple):
     lane: Ints = blank(-1, "steps")
 
 
-def record(rows: Ints, history: Table[History], tracks: Tracks, vehicles: Vehicles, seen: Measurements) -> None:
+def record_step(rows: Ints, history: Table[History], tracks: Tracks, vehicles: Vehicles, seen: Measurements) -> None:
     """Record this step of the vehicles of the track rows `rows`, once for each vehicle.
 
     Every vehicle has one track under plan 0. A row that another vehicle takes over needs no reset: no filter is older
@@ -84,42 +84,40 @@ def _record(rows: Ints, history: History, vehicles: Vehicles, seen: Measurements
 
 
 @inline
-def keep(filters: FilterArrays, row: int, d: int, step: int, interval: int, isolated: bool) -> None:
+def keep_snapshot(branches: Branches, row: int, step: int, interval: int, isolated: bool) -> None:
     """Keep the filter as it is before step `step`, where that is one of those to be kept."""
     if step % interval != 0:
         return
-    column = filters.past_column[row, d]
-    k = step // interval % filters.past_isolated.shape[2]
+    k = step // interval % branches.past_isolated.shape[1]
     at = 0
-    filters.past_isolated[row, column, k] = isolated
-    for i in range(filters.mean.shape[2]):
-        filters.past_mean[row, column, k, i] = filters.mean[row, d, i]
+    branches.past_isolated[row, k] = isolated
+    for i in range(branches.mean.shape[1]):
+        branches.past_mean[row, k, i] = branches.mean[row, i]
         for j in range(i + 1):
-            filters.past_covariance[row, column, k, at] = filters.covariance[row, d, i, j]
+            branches.past_covariance[row, k, at] = branches.covariance[row, i, j]
             at += 1
 
 
 @inline
-def restore(filters: FilterArrays, row: int, d: int, recall: Recall) -> tuple[int, bool]:
+def restore(branches: Branches, row: int, recall: Recall) -> tuple[int, bool]:
     """Make the filter what it was `recall.reach` or more steps before the last, or at its start.
 
     Returns before which step that was, and whether it was isolated.
     """
-    last = filters.steps[row] - 1
+    last = branches.steps[row] - 1
     interval = recall.interval
     number = max(last - recall.reach, 0) // interval
-    column = filters.past_column[row, d]
-    k = number % filters.past_isolated.shape[2]
+    k = number % branches.past_isolated.shape[1]
     at = 0
-    for i in range(filters.mean.shape[2]):
-        filters.mean[row, d, i] = filters.past_mean[row, column, k, i]
+    for i in range(branches.mean.shape[1]):
+        branches.mean[row, i] = branches.past_mean[row, k, i]
         for j in range(i + 1):
-            filters.covariance[row, d, i, j] = filters.past_covariance[row, column, k, at]
-            filters.covariance[row, d, j, i] = filters.past_covariance[row, column, k, at]
+            branches.covariance[row, i, j] = branches.past_covariance[row, k, at]
+            branches.covariance[row, j, i] = branches.past_covariance[row, k, at]
             at += 1
-    filters.segment[row, d] = -1
-    filters.isolated_way_m[row, d] = 0.0
-    return number * interval, filters.past_isolated[row, column, k]
+    branches.segment[row] = -1
+    branches.isolated_way_m[row] = 0.0
+    return number * interval, branches.past_isolated[row, k]
 
 
 @inline

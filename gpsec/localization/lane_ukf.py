@@ -6,54 +6,38 @@ matched. Weights are Merwe's with α = 1, β = 2, κ = 0: none is negative, as �
 """
 
 from math import cos, sqrt, tan
-from typing import NamedTuple
 
-import numpy as np
-
-from gpsec.core.arrays import Floats, Ints
+from gpsec.core.arrays import Floats
 from gpsec.core.geo import wrap_angle
 from gpsec.core.kernels import inline
 from gpsec.hdmap.around import gather_around, nearest_of
-from gpsec.hdmap.arrays import MapArrays, MatchIndex, Pose
+from gpsec.hdmap.arrays import Pose
 from gpsec.hdmap.matching import view_on
 from gpsec.hdmap.search import MIN_COS, TRACKED, match
-from gpsec.localization.learning import GYRO, SCALE, SLOW
+from gpsec.localization.learning import GYRO_ERROR, SCALE, SLOW
 from gpsec.localization.noise import FilterNoise
-from gpsec.localization.ukf import NEAR
+from gpsec.localization.world import LaneSight, Room, World
 
 ACTIVE = 6
 # Where the active states are in the filter state: those that a sigma point is matched with come first.
-_AT = (0, 1, 2, SCALE, GYRO, SLOW)
+_AT = (0, 1, 2, SCALE, GYRO_ERROR, SLOW)
 _CAMERA = 5
 # n + λ, weight of each point but the mean, and weight of the mean in covariances (in means it is 0).
-SPREAD, WEIGHT, CENTRE_WEIGHT = 6.0, 1.0 / 12.0, 2.0
-
-
-class Room(NamedTuple):
-    """Room to work in: (6, 6) root of the covariance, (7, 2) what matched points expect, and their segments."""
-
-    root: Floats
-    expected: Floats
-    near: Ints
-
-
-def room() -> Room:
-    """Return room for one thread."""
-    return Room(np.empty((ACTIVE, ACTIVE)), np.empty((7, 2)), np.empty(NEAR, np.int32))
+_SPREAD, _WEIGHT, _CENTRE_WEIGHT = 6.0, 1.0 / 12.0, 2.0
 
 
 @inline
-def camera_noise(table: FilterNoise[Floats], profile: int, stated_m: float) -> tuple[float, float]:
+def camera_noise(noise: FilterNoise[Floats], profile: int, stated_m: float) -> tuple[float, float]:
     """Return σ of the white parts of C0 and of C1, from the σ that the camera states for C0.
 
     What is stated includes the slow errors. A shorter view r of the lane makes the white part of C0 grow with r^(-1/2),
     that of C1 with r^(-3/2).
     """
-    slow = table.camera_bias_m[profile] ** 2 + table.camera_mount_m[profile] ** 2
-    full = table.camera_white_m[profile]
+    slow = noise.camera_bias_m[profile] ** 2 + noise.camera_mount_m[profile] ** 2
+    full = noise.camera_white_m[profile]
     white = sqrt(max(stated_m * stated_m - slow, full * full))
     ratio = white / full if full > 0.0 else 1.0
-    return white, table.camera_slope[profile] * ratio * ratio * ratio
+    return white, noise.camera_slope[profile] * ratio * ratio * ratio
 
 
 @inline
@@ -62,7 +46,7 @@ def _root(root: Floats, P: Floats) -> int:
     repairs = 0
     for k in range(ACTIVE):
         for j in range(k, ACTIVE):
-            total = SPREAD * P[_AT[k], _AT[j]]
+            total = _SPREAD * P[_AT[k], _AT[j]]
             for m in range(k):
                 total -= root[m, k] * root[m, j]
             if j > k:
@@ -73,31 +57,22 @@ def _root(root: Floats, P: Floats) -> int:
                 root[k, k] = 0.0
                 # A state that is known exactly is no fault; below zero by more than rounding is one.
                 if total < -1e-12:
-                    P[_AT[k], _AT[k]] -= total / SPREAD
+                    P[_AT[k], _AT[k]] -= total / _SPREAD
                     repairs += 1
     return repairs
 
 
 @inline
-def update(
-    mean: Floats,
-    covariance: Floats,
-    room: Room,
-    lanes: MapArrays,
-    index: MatchIndex,
-    mode: int,
-    layer: int,
-    lane: int,
-    hint: int,
-    offset_m: float,
-    slope: float,
-    offset_sigma_m: float,
-    slope_sigma: float,
+def correct_by_lane(
+    mean: Floats, covariance: Floats, hint: int, room: Room, world: World, profile: int, sight: LaneSight
 ) -> tuple[int, int]:
     """Correct with the camera's lane offset (-C0) and the slope of the lane in the vehicle's frame (C1).
 
     Returns the segment of the mean (-1 where a sigma point had no match; nothing is corrected then) and repairs made.
     """
+    lanes, lookup, mode = world.hd_map.lanes, world.hd_map.lookup, world.hd_map.mode
+    layer = world.hd_map.layer[profile]
+    offset_sigma_m, slope_sigma = camera_noise(world.noise, profile, sight.sigma_m)
     P = covariance
     root = room.root
     expected = room.expected
@@ -106,8 +81,8 @@ def update(
     count = -1
     if mode == TRACKED:
         reach = max(sqrt(root[0, 0] * root[0, 0] + root[0, 1] * root[0, 1]), root[1, 1])
-        pose = Pose(layer, lane, mean[0], mean[1], mean[2])
-        count, segment = gather_around(lanes, index, pose, hint, reach, room.near)
+        pose = Pose(layer, sight.lane, mean[0], mean[1], mean[2])
+        count, segment = gather_around(lanes, lookup, pose, hint, reach, room.near)
     centre = -1
     for point in range(7):
         x = mean[0]
@@ -122,7 +97,7 @@ def update(
         if count > 0:
             segment = nearest_of(lanes, room.near, count, x, y)
         else:
-            segment = match(lanes, index, mode, Pose(layer, lane, x, y, yaw), segment)
+            segment = match(lanes, lookup, mode, Pose(layer, sight.lane, x, y, yaw), segment)
         if segment < 0:
             return -1, repairs
         offset, turn = view_on(lanes, segment, x, y, yaw, mode == TRACKED)
@@ -132,36 +107,36 @@ def update(
         expected[point, 1] = tan(turn)
         if point == 0:
             centre = segment
-    z0 = WEIGHT * (ACTIVE * expected[0, 0])
-    z1 = WEIGHT * (ACTIVE * expected[0, 1])
+    z0 = _WEIGHT * (ACTIVE * expected[0, 0])
+    z1 = _WEIGHT * (ACTIVE * expected[0, 1])
     for point in range(1, 7):
-        z0 += WEIGHT * expected[point, 0]
-        z1 += WEIGHT * expected[point, 1]
+        z0 += _WEIGHT * expected[point, 0]
+        z1 += _WEIGHT * expected[point, 1]
     # The camera's slow error adds to what it sees of the offset.
     u = expected[0, 0] - z0
     w = expected[0, 1] - z1
-    s00 = offset_sigma_m * offset_sigma_m + CENTRE_WEIGHT * u * u
-    s01 = CENTRE_WEIGHT * u * w
-    s11 = slope_sigma * slope_sigma + CENTRE_WEIGHT * w * w
+    s00 = offset_sigma_m * offset_sigma_m + _CENTRE_WEIGHT * u * u
+    s01 = _CENTRE_WEIGHT * u * w
+    s11 = slope_sigma * slope_sigma + _CENTRE_WEIGHT * w * w
     for k in range(ACTIVE):
         for side in range(2):
             point = 1 + 2 * k + side if k < 3 else 0
             d0 = expected[point, 0] - z0 + (root[k, _CAMERA] if side == 0 else -root[k, _CAMERA])
             d1 = expected[point, 1] - z1
-            s00 += WEIGHT * d0 * d0
-            s01 += WEIGHT * d0 * d1
-            s11 += WEIGHT * d1 * d1
+            s00 += _WEIGHT * d0 * d0
+            s01 += _WEIGHT * d0 * d1
+            s11 += _WEIGHT * d1 * d1
     det = s00 * s11 - s01 * s01
-    nu0 = offset_m - z0 - mean[SLOW]
-    nu1 = slope - z1
+    nu0 = sight.offset_m - z0 - mean[SLOW]
+    nu1 = sight.slope - z1
     # One column of the root at a time: cross covariance, gain K = C / S, mean + K ν, P - K C.
     for i in range(ACTIVE):
         c0 = 0.0
         c1 = 0.0
         for k in range(i + 1):
             d0, d1 = _difference(root, expected, k)
-            c0 += WEIGHT * root[k, i] * d0
-            c1 += WEIGHT * root[k, i] * d1
+            c0 += _WEIGHT * root[k, i] * d0
+            c1 += _WEIGHT * root[k, i] * d1
         gain0 = (c0 * s11 - c1 * s01) / det
         gain1 = (c1 * s00 - c0 * s01) / det
         mean[_AT[i]] += gain0 * nu0 + gain1 * nu1
@@ -170,8 +145,8 @@ def update(
             e1 = 0.0
             for k in range(j + 1):
                 d0, d1 = _difference(root, expected, k)
-                e0 += WEIGHT * root[k, j] * d0
-                e1 += WEIGHT * root[k, j] * d1
+                e0 += _WEIGHT * root[k, j] * d0
+                e1 += _WEIGHT * root[k, j] * d1
             P[_AT[i], _AT[j]] -= gain0 * e0 + gain1 * e1
             P[_AT[j], _AT[i]] = P[_AT[i], _AT[j]]
     mean[2] = wrap_angle(mean[2])

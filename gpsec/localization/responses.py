@@ -1,75 +1,98 @@
-"""What a defence does while GNSS is isolated."""
+"""What a defence does while GNSS is isolated: each response is a filter, and how the camera corrects it."""
 
-from abc import ABC, abstractmethod
-from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import ClassVar
 
-from gpsec.core.arrays import Flags, Floats, Ints
-from gpsec.hdmap.arrays import MapView
+from gpsec.core.arrays import Ints
+from gpsec.localization import lane_ukf, paper_ukf
+from gpsec.localization.family import Correction, Filter, correcting, no_correction, rewinding
 from gpsec.localization.history import History, Recall
-from gpsec.localization.noise import FilterNoise
-from gpsec.localization.state import FilterState
+from gpsec.localization.learning import LEARNING_EKF
+from gpsec.localization.paper_ukf import PAPER_FILTER
+from gpsec.localization.state import Branches
+from gpsec.localization.world import World, make_room
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Measurements, Vehicles
 
 
-class World(NamedTuple):
-    """What filters work with in every step.
+class Response:
+    """Corrects the estimate of isolated branches, after it was propagated with odometer and gyro.
 
-    Attributes:
-        view: the HD map.
-        noise: sensor figures of the profiles.
-        step_s: length of a step.
+    Defences whose responses have the same filter share branches until they part.
     """
-
-    view: MapView
-    noise: FilterNoise[Floats]
-    step_s: float
-
-
-@dataclass(frozen=True)
-class Cells:
-    """The n cells (track row, defence) that a response has to correct in this step: all are isolated.
-
-    Attributes:
-        row, defence: (n,) each.
-        entered: (n,) isolated since this very step.
-
-    """
-
-    row: Ints
-    defence: Ints
-    entered: Flags
-
-
-class Response(ABC):
-    """Corrects the estimate of isolated cells, after they were propagated with odometer and gyro."""
 
     name: ClassVar[str]
     # A response that never isolates leaves everything as it is, alarm or not.
     isolates: ClassVar[bool] = True
-    # The filter learns scale and gyro bias (`gpsec.localization.learning`) instead of taking them for noise.
-    learns: ClassVar[bool] = False
-    # On an alarm the filter restarts from its past; such a response implements `rewind`.
+    # On an alarm the filter restarts from its past.
     rolls_back: ClassVar[bool] = False
+    filter: ClassVar[Filter] = PAPER_FILTER
+    # How the camera corrects the filter, compiled by `gpsec.core.kernels.inline`; None where it does not.
+    correction: ClassVar[Correction | None] = None
 
-    @abstractmethod
     def correct(
-        self, cells: Cells, filters: FilterState, tracks: Tracks, vehicles: Vehicles, seen: Measurements, world: World
+        self, rows: Ints, branches: Branches, tracks: Tracks, vehicles: Vehicles, seen: Measurements, world: World
     ) -> None:
-        """Correct the filters of `cells` with what is left when GNSS is not trusted."""
+        """Correct the isolated branches `rows` with what is left when GNSS is not trusted."""
+        correction = type(self).correction
+        if correction is not None:
+            room = make_room(self.filter.states)
+            correcting(correction)(rows, branches, tracks, vehicles, seen, world, room)
 
-    def rewind(  # noqa: B027 - most responses have no past to go back to
+    def rewind(
         self,
-        cells: Cells,
-        filters: FilterState,
-        history: History,
+        rows: Ints,
+        branches: Branches,
         tracks: Tracks,
         vehicles: Vehicles,
+        history: History,
         world: World,
         recall: Recall,
     ) -> None:
-        """Replace the filters of `cells`, which an alarm has just isolated, by what they were, brought up to now.
+        """Replace the branches `rows`, which an alarm has just isolated, by what they were, brought up to now.
 
-        It comes before `correct`: this step's motion is to be applied, its camera is not.
+        It comes before `correct`: this step's motion is applied, its camera is not.
         """
+        loop = rewinding(self.filter, type(self).correction or no_correction)
+        loop(rows, branches, tracks, vehicles, history, world, recall, make_room(self.filter.states))
+
+
+class NoResponse(Response):
+    """GNSS is trusted whatever the detector says; the lower bound of every table."""
+
+    name: ClassVar[str] = "none"
+    isolates: ClassVar[bool] = False
+
+
+class DeadReckoning(Response):
+    """Odometer and gyro alone: nothing corrects the propagated estimate."""
+
+    name: ClassVar[str] = "dead_reckoning"
+
+
+class CameraUkf(Response):
+    """The paper's mitigation: the lane offset seen by the camera corrects the propagated position (Eqs 11-16)."""
+
+    name: ClassVar[str] = "ukf"
+    correction: ClassVar[Correction | None] = paper_ukf.correct_by_offset
+
+
+class Rollback(CameraUkf):
+    """On an alarm the filter restarts from before it; then it is the paper's UKF."""
+
+    name: ClassVar[str] = "rollback"
+    rolls_back: ClassVar[bool] = True
+
+
+class Ukf5(Response):
+    """Odometer scale and gyro bias, learnt with GNSS, and lane offset and direction correct the estimate."""
+
+    name: ClassVar[str] = "ukf5"
+    filter: ClassVar[Filter] = LEARNING_EKF
+    correction: ClassVar[Correction | None] = lane_ukf.correct_by_lane
+
+
+class Ukf5Rollback(Ukf5):
+    """On an alarm the filter restarts from before it; then it is `ukf5`."""
+
+    name: ClassVar[str] = "ukf5_rollback"
+    rolls_back: ClassVar[bool] = True

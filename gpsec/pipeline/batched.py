@@ -10,9 +10,9 @@ from gpsec.core.threads import Threads
 from gpsec.detection.base import Detection, LabelledDetector, Observation
 from gpsec.detection.pairing import Pending
 from gpsec.detection.residual import Residuals
-from gpsec.localization.responses import World
-from gpsec.localization.state import FilterState, report
+from gpsec.localization.branches import LocalizationState
 from gpsec.localization.switch import Localization
+from gpsec.localization.world import World
 from gpsec.types.answers import Answers
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Measurements, Vehicles
@@ -25,14 +25,13 @@ class BatchedMethod:
         self._world = world
         self._detection = detection
         self._localization = localization
-        self._residuals = Residuals(world.view, detection.sampling)
+        self._residuals = Residuals(world.hd_map, detection.sampling)
         self._pending = Table(Pending)
         self._detector_states: list[Table[Any] | None] = [
             None if isinstance(detector, LabelledDetector) else detector.new_state(1)
             for detector in detection.detectors
         ]
-        self._filters: FilterState = localization.new_state(1)
-        self._history = localization.new_history()
+        self._filters = localization.new_state(1)
         lengths = {"detectors": len(detection.names), "defences": len(localization.responses)}
         self._answers = Table(Answers, **lengths)
 
@@ -41,7 +40,7 @@ class BatchedMethod:
         """What was found in the last step."""
         return self._answers.now
 
-    def _states(self) -> Sequence[Rows | Table[Any]]:
+    def _states(self) -> Sequence[Rows | Table[Any] | LocalizationState]:
         return [
             self._answers,
             self._pending,
@@ -65,7 +64,7 @@ class BatchedMethod:
             state.copy(source, target)
 
     @property
-    def filters(self) -> FilterState:
+    def filters(self) -> LocalizationState:
         """State of the filters, for consistency checks."""
         return self._filters
 
@@ -83,11 +82,12 @@ class BatchedMethod:
         self._residuals.update(number, self._pending.now, rows, tracks, vehicles, seen, threads)
         watch.lap("matching")
         self._detect(rows, tracks, vehicles, seen, threads, watch)
-        filters = self._filters
-        self._localization.step(
-            filters, self._history, rows, tracks, vehicles, seen, self.answers.alarm, threads, watch.lap
-        )
-        threads.run(report, rows, filters.arrays(), self.answers.estimate_m, self.answers.isolated)
+        localization, filters = self._localization, self._filters
+        localization.propagate(filters, rows, tracks, vehicles, seen, self.answers.alarm, threads)
+        watch.lap("EKF")
+        localization.correct(filters, rows, tracks, vehicles, seen, threads)
+        watch.lap("UKF")
+        localization.report(filters, rows, self.answers, threads)
         watch.lap("outcomes")
 
     def _detect(

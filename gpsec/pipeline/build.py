@@ -17,8 +17,9 @@ from gpsec.hdmap.map import HDMap, load_map
 from gpsec.hdmap.search import MODES
 from gpsec.localization.noise import noise_table
 from gpsec.localization.registry import RESPONSES
-from gpsec.localization.responses import World
-from gpsec.localization.switch import Localization, SwitchSettings
+from gpsec.localization.rejoin import SwitchSettings
+from gpsec.localization.switch import Localization
+from gpsec.localization.world import World
 from gpsec.pipeline.filter_noise import filter_noise
 from gpsec.pipeline.fleet_choice import FleetChoice, run_profiles
 from gpsec.scenario import Scenario

@@ -91,20 +91,19 @@ class _Watching(BatchedMethod):
         if (number + 1) % EVERY_STEPS:
             return
         for name, d in self.names.items():
+            filters, branch = self.filters.of(d)
             chosen = rows[tracks.settled[rows] & (tracks.plan[rows] == (0 if name in TRUSTING else 1))]
             if name in ISOLATED:
-                chosen = chosen[self.filters.isolated[chosen, d] & tracks.attacked[chosen]]
-            leader = self.filters.leader[chosen, d]
+                chosen = chosen[self.answers.isolated[chosen, d] & tracks.attacked[chosen]]
+            at = branch[chosen]
             vehicle = tracks.vehicle[chosen]
             # A vehicle is known by its key: its row is another's after it has left.
             who = vehicles.key[vehicle].astype(np.int64)
-            error = self.filters.mean[chosen, leader, :2] - vehicles.rear_m[vehicle]
-            self.ledger.add(
-                name, error, self.filters.covariance[chosen, leader, :2, :2], vehicles.yaw_rad[vehicle], who
-            )
-            fresh = self.filters.innovation_valid[chosen, leader]
+            error = filters.mean[at, :2] - vehicles.rear_m[vehicle]
+            self.ledger.add(name, error, filters.covariance[at, :2, :2], vehicles.yaw_rad[vehicle], who)
+            fresh = filters.innovation_valid[at]
             if name in TRUSTING:
-                self.ledger.add_innovations(name, self.filters.innovation[chosen[fresh], leader[fresh]], who[fresh])
+                self.ledger.add_innovations(name, filters.innovation[at[fresh]], who[fresh])
 
 
 def measure_consistency(scenario: Scenario, profile: str, duration_s: float) -> dict[tuple[str, str], Consistency]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from gpsec.core.arrays import Ints
 from gpsec.core.tables import Table
-from gpsec.localization.responses import Cells
+from gpsec.core.threads import Threads
 from gpsec.pipeline.build import lay_ground, make_detection, make_localization
 from gpsec.pipeline.run import run_scenario
 from gpsec.scenario import Scenario
@@ -75,17 +75,18 @@ def warm_up(scenario: Scenario, folder: Path) -> None:
 
 
 def _correct(scenario: Scenario) -> None:
-    """Let every response correct an estimate; no filter of the extras is ever isolated by itself."""
+    """Let every response correct an estimate and take GNSS back; no filter of the extras is ever isolated by itself."""
     ground = lay_ground(scenario)
     localization = make_localization(scenario, ground.world, make_detection(scenario, ground).names)
-    first = np.zeros(1, np.int32)
-    cells = Cells(first, first, np.zeros(1, np.bool_))
-    for response in localization.responses:
-        filters, tracks, vehicles = localization.new_state(1), Table(Tracks, 1).now, Table(Vehicles, 1).now
-        response.correct(cells, filters, tracks, vehicles, Table(Measurements, 1).now, ground.world)
-        if response.rolls_back:
-            history, recall = localization.new_history().now, localization.recall
-            response.rewind(cells, filters, history, tracks, vehicles, ground.world, recall)
+    first, threads = np.zeros(1, np.int32), Threads()
+    tracks, vehicles, seen = Table(Tracks).now, Table(Vehicles).now, Table(Measurements).now
+    for place, family in enumerate(localization.families):
+        for number, _ in family.responses:
+            state = localization.new_state(1)
+            state.reset(first)
+            branches = state.families[place].now
+            branches.response[:], branches.entered[:], state.cells.parts[:] = number, True, True
+            localization.correct(state, first, tracks, vehicles, seen, threads)
 
 
 def _hurried(scenario: Scenario) -> Scenario:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from math import ceil
 
 from gpsec.localization.noise import FilterNoise
-from gpsec.localization.switch import SwitchSettings
+from gpsec.localization.rejoin import SwitchSettings
 from gpsec.reference.filters import GnssEkf, PositionUkf, wrapped
 from gpsec.reference.learning import LaneUkf, LearningEkf
 from gpsec.reference.matching import LaneMatcher

@@ -10,8 +10,8 @@ from gpsec.core.threads import Threads
 from gpsec.detection.base import Detection
 from gpsec.hdmap.map import HDMap
 from gpsec.localization.noise import noise_of
-from gpsec.localization.responses import World
 from gpsec.localization.switch import Localization
+from gpsec.localization.world import World
 from gpsec.reference.detector import Scale, TrackDetector
 from gpsec.reference.detectors import detector_maker
 from gpsec.reference.history import Rules
@@ -59,12 +59,12 @@ class ReferenceMethod:
         self._world = world
         self._detection = detection
         self._localization = localization
-        self._profiles = len(world.view.layer)
+        self._profiles = len(world.hd_map.layer)
         matchers = {
-            layer: LaneMatcher(hd_map, layer, world.view.mode == _TRACKED_MODE)
-            for layer in set(world.view.layer.tolist())
+            layer: LaneMatcher(hd_map, layer, world.hd_map.mode == _TRACKED_MODE)
+            for layer in set(world.hd_map.layer.tolist())
         }
-        self._matchers = [matchers[layer] for layer in world.view.layer.tolist()]
+        self._matchers = [matchers[layer] for layer in world.hd_map.layer.tolist()]
         self._make_detector = [detector_maker(detector, self._profiles) for detector in detection.detectors]
         self._tracks: dict[int, ReferenceTrack] = {}
         self._new_localization(0)  # says now, rather than with the first vehicle, what is missing

@@ -11,9 +11,11 @@ from gpsec.hdmap.map import HDMap
 from gpsec.hdmap.search import TRACKED
 from gpsec.localization.noise import FilterNoise, noise_table
 from gpsec.localization.registry import RESPONSES
-from gpsec.localization.responses import World
-from gpsec.localization.state import FilterState
-from gpsec.localization.switch import Localization, SwitchSettings
+from gpsec.localization.rejoin import SwitchSettings
+from gpsec.localization.responses import Response
+from gpsec.localization.state import Branches
+from gpsec.localization.switch import Localization
+from gpsec.localization.world import World
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Measurements, Vehicles
 
@@ -43,7 +45,7 @@ ONE_THREAD = Threads(1)
 class Rig:
     """M tracks of as many vehicles that drive east on `lane` at `speed_mps`, each under all `responses`.
 
-    The alarm has one column for each response.
+    The alarm has one column for each response; `others` are responses that are not registered.
     """
 
     hd_map: HDMap
@@ -53,26 +55,29 @@ class Rig:
     figures: FilterNoise = FIGURES
     settings: SwitchSettings = field(default_factory=SwitchSettings)
     lane: int = 0
+    others: dict[str, type[Response]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         layer = np.zeros(1, np.int32)
         table = noise_table([self.figures])
         self.world = World(MapView(self.hd_map.lanes, self.hd_map.index, TRACKED, layer), table, STEP_S)
-        parts = {name: RESPONSES[name]() for name in self.responses}
-        columns = np.arange(len(parts), dtype=np.int32)
-        self.localization = Localization(columns, list(parts.values()), self.world, self.settings)
+        kinds = {**RESPONSES, **self.others}
+        parts = {name: kinds[name]() for name in self.responses}
+        columns = np.arange(len(self.responses), dtype=np.int32)
+        defences = [parts[name] for name in self.responses]
+        self.localization = Localization(columns, defences, self.world, self.settings)
         self.vehicles, self.seen = Table(Vehicles, self.count).now, Table(Measurements, self.count).now
         self.tracks = Table(Tracks, self.count).now
-        self.filters: FilterState = self.localization.new_state(self.count)
-        self.history = self.localization.new_history()
-        self.history.grow(self.count)
-        self.alarm = np.zeros((self.count, len(parts)), np.bool_)
+        self.rows = np.arange(self.count, dtype=np.int32)
+        self.state = self.localization.new_state(self.count)
+        self.state.reset(self.rows)
+        self.state.history.grow(self.count)
+        self.alarm = np.zeros((self.count, len(self.responses)), np.bool_)
         self.tracks.vehicle[:] = np.arange(self.count)
         self.vehicles.lane[:] = self.lane
         self.vehicles.rear_m[:] = self.hd_map.centre_line(self.lane)[0]
         self.seen.speed_mps[:] = self.vehicles.speed_mps[:] = self.speed_mps
         self.seen.camera_sigma_m[:] = 0.08
-        self.rows = np.arange(self.count, dtype=np.int32)
 
     def column(self, response: str) -> int:
         return self.responses.index(response)
@@ -97,15 +102,26 @@ class Rig:
         self.localize(self.rows)
 
     def localize(self, rows: np.ndarray) -> None:
-        state = self.filters, self.history, rows, self.tracks, self.vehicles, self.seen, self.alarm, ONE_THREAD
-        self.localization.step(*state)
+        tracks, vehicles, seen = self.tracks, self.vehicles, self.seen
+        self.localization.propagate(self.state, rows, tracks, vehicles, seen, self.alarm, ONE_THREAD)
+        self.localization.correct(self.state, rows, tracks, vehicles, seen, ONE_THREAD)
+
+    def filters(self, response: str) -> Branches:
+        """A copy of the filters of a defence, one for each track."""
+        branches, row = self.state.of(self.column(response))
+        return Branches(*(array[row] for array in branches))
+
+    def filter(self, response: str) -> Branches:
+        """The filter of a defence of the first track itself, which it may share with other defences."""
+        branches, row = self.state.of(self.column(response))
+        return Branches(*(array[row[0]] for array in branches))
 
     def error_m(self, response: str) -> np.ndarray:
         """(M, 2) estimate minus truth."""
-        return self.filters.apart().mean[:, self.column(response), :2] - self.vehicles.rear_m
+        return self.filters(response).mean[:, :2] - self.vehicles.rear_m
 
     def isolated(self, response: str) -> bool:
-        return bool(self.filters.isolated[0, self.column(response)])
+        return bool(self.filters(response).response[0] >= 0)
 
     def steps_until(self, isolated: bool, response: str = "ukf", limit: int = 400, **step: object) -> int:
         """Number of steps until the first vehicle is (not) isolated."""

@@ -1,13 +1,11 @@
 """What holds for every registered response."""
 
-from dataclasses import fields
-
 import numpy as np
 import pytest
 
+from gpsec.localization.branches import LocalizationState
 from gpsec.localization.registry import RESPONSES
 from gpsec.localization.responses import Response
-from gpsec.localization.state import FilterState
 
 from .rig import STEP_S, Rig
 
@@ -44,8 +42,14 @@ def drive(straight, response: str, order: np.ndarray, batches: int = 1, last: in
     return rig
 
 
-def same(one: FilterState, other: FilterState, rows: np.ndarray) -> bool:
-    return all(getattr(one, f.name)[rows].tobytes() == getattr(other, f.name)[rows].tobytes() for f in fields(one))
+def same(one: LocalizationState, other: LocalizationState, rows: np.ndarray) -> bool:
+    """Whether tracks are in the same state, whatever the rows of their branches."""
+    cells = zip(one.cells, other.cells, one.cells._fields, strict=True)
+    filters = zip(*(state.of(0)[0] for state in (one, other)), one.of(0)[0]._fields, strict=True)
+    branch = one.of(0)[1][rows], other.of(0)[1][rows]
+    return all(a[rows].tobytes() == b[rows].tobytes() for a, b, name in cells if name != "branch") and all(
+        a[branch[0]].tobytes() == b[branch[1]].tobytes() for a, b, _ in filters
+    )
 
 
 def test_it_says_its_name_and_what_it_is(response):
@@ -57,40 +61,42 @@ def test_it_says_its_name_and_what_it_is(response):
 
 def test_estimates_are_finite_and_of_the_right_shape(straight, response):
     rig = drive(straight, response, np.arange(M))
-    assert rig.filters.mean.shape == (M, 1, 7 if RESPONSES[response].learns else 5)
-    for field in fields(rig.filters):
-        array = getattr(rig.filters, field.name)
-        assert len(array) == M
-        assert np.isfinite(array).all(), field.name
+    filters = rig.filters(response)
+    assert filters.mean.shape == (M, RESPONSES[response].filter.states)
+    for structure in (rig.state.cells, filters):
+        for name, array in zip(structure._fields, structure, strict=True):
+            assert len(array) == M
+            assert np.isfinite(array).all(), name
     assert abs(rig.error_m(response)).max() < 10.0
-    assert (np.diagonal(rig.filters.covariance[:, 0, :2, :2], axis1=1, axis2=2) > 0.0).all()
-    assert RESPONSES[response].isolates == rig.filters.isolated_way_m.any()
+    assert (np.diagonal(filters.covariance[:, :2, :2], axis1=1, axis2=2) > 0.0).all()
+    assert RESPONSES[response].isolates == filters.isolated_way_m.any()
 
 
 def test_deterministic(straight, response):
     one, other = (drive(straight, response, np.arange(M)) for _ in range(2))
-    assert same(one.filters, other.filters, np.arange(M))
+    assert same(one.state, other.state, np.arange(M))
 
 
 def test_batch_is_a_loop_of_singles(straight, response):
     together, singly = drive(straight, response, np.arange(M)), drive(straight, response, np.arange(M), batches=M)
-    assert same(together.filters, singly.filters, np.arange(M))
+    assert same(together.state, singly.state, np.arange(M))
 
 
 def test_the_order_of_rows_and_the_company_do_not_matter(straight, response):
     order = np.array([7, 2, 9, 3, 0])
     together, some = drive(straight, response, np.arange(M)), drive(straight, response, order)
-    assert same(together.filters, some.filters, order)
+    assert same(together.state, some.state, order)
     untouched = np.setdiff1d(np.arange(M), order)
-    assert not some.filters.started[untouched].any()
+    assert not some.state.cells.started[untouched].any()
 
 
 def test_a_reset_row_is_as_new_and_a_copied_one_goes_on_as_its_source(straight, response):
     rig = drive(straight, response, np.arange(M), last=70)
-    rig.filters.copy(np.array([2], np.int32), np.array([5], np.int32))
-    rig.history.copy(np.array([2], np.int32), np.array([5], np.int32))
-    rig.filters.reset(np.array([1], np.int32))
-    assert same(rig.filters, rig.localization.new_state(M), np.array([1]))
+    two, five = np.array([2], np.int32), np.array([5], np.int32)
+    rig.state.copy(two, five)
+    rig.state.history.copy(two, five)
+    rig.state.reset(np.array([1], np.int32))
+    assert same(rig.state, Rig(straight, responses=(response,), count=M).state, np.array([1]))
     for array in (rig.vehicles.rear_m, rig.tracks.fix_m, rig.tracks.paired_m, rig.seen.lane_poly):
         array[5] = array[2]
     for array in (rig.seen.speed_mps, rig.seen.yaw_rate_rps, rig.tracks.residual_m, rig.alarm):
@@ -98,6 +104,9 @@ def test_a_reset_row_is_as_new_and_a_copied_one_goes_on_as_its_source(straight, 
     for flags in (rig.tracks.fix_valid, rig.tracks.residual_valid, rig.seen.camera_valid):
         flags[5] = flags[2]
     rig.localize(rig.rows)
-    for field in fields(rig.filters):
-        array = getattr(rig.filters, field.name)
-        assert array[5].tobytes() == array[2].tobytes(), field.name
+    filters = rig.filters(response)
+    for structure in (rig.state.cells, filters):
+        for name, array in zip(structure._fields, structure, strict=True):
+            if name not in ("branch", "track"):
+                assert array[5].tobytes() == array[2].tobytes(), name
+    assert filters.track.tolist() == rig.rows.tolist()

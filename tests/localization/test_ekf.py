@@ -66,7 +66,7 @@ def test_predict_is_the_textbooks(seed, speed, yaw_rate):
     f = random_figures(seed)
     mean, P = random_state(seed)
     expected, expected_P = plain_predict(mean, P, f, speed, yaw_rate, STEP_S)
-    ekf.predict(mean, P, noise_table([FIGURES, f]), 1, speed, yaw_rate, STEP_S)
+    ekf.predict_pose(mean, P, noise_table([FIGURES, f]), 1, speed, yaw_rate, STEP_S)
     assert mean == pytest.approx(expected, abs=1e-9)
     assert pytest.approx(expected_P, abs=1e-9) == P
 
@@ -89,7 +89,7 @@ def test_update_is_the_textbooks_and_its_innovations_sum_to_the_nis(seed, east, 
 def test_start_is_a_fix_minus_an_unknown_slow_error():
     """Position = fix - slow error: Var = white² + bias², Cov(position, slow error) = -bias²."""
     mean, P = np.full(5, 9.0), np.full((5, 5), 9.0)
-    ekf.start(mean, P, noise_table([FIGURES]), 0, 3.0, 4.0, 7.0)
+    ekf.start_at_fix(mean, P, noise_table([FIGURES]), 0, 3.0, 4.0, 7.0)
     white, bias = FIGURES.gnss_white_m**2, FIGURES.gnss_bias_m**2
     assert mean == pytest.approx([3.0, 4.0, 7.0 - 2.0 * pi, 0.0, 0.0])
     expected = np.diag([white + bias, white + bias, FIGURES.heading_rad**2, bias, bias])
@@ -105,10 +105,10 @@ def test_covariance_stays_symmetric_and_positive(period):
     rng = np.random.default_rng(1)
     table, innovation = noise_table([FIGURES]), np.zeros(2)
     mean, P = np.zeros(5), np.zeros((5, 5))
-    ekf.start(mean, P, table, 0, 0.0, 0.0, 0.0)
+    ekf.start_at_fix(mean, P, table, 0, 0.0, 0.0, 0.0)
     repairs = 0
     for step in range(3000):
-        ekf.predict(mean, P, table, 0, rng.uniform(0.0, 30.0), rng.normal(0.0, 0.3), STEP_S)
+        ekf.predict_pose(mean, P, table, 0, rng.uniform(0.0, 30.0), rng.normal(0.0, 0.3), STEP_S)
         if step % period == 0:
             fix = mean[:2] + rng.normal(0.0, 0.2, 2)
             repairs += ekf.update(mean, P, innovation, fix[0], fix[1], FIGURES.gnss_white_m)
@@ -136,7 +136,7 @@ def test_errors_are_as_large_as_the_filter_says():
         truth, bias = np.zeros(3), rng.normal(0.0, f.gnss_bias_m, 2)
         fix = truth[:2] + bias + rng.normal(0.0, f.gnss_white_m, 2)
         mean, P = np.zeros(5), np.zeros((5, 5))
-        ekf.start(mean, P, table, 0, fix[0], fix[1], rng.normal(0.0, f.heading_rad))
+        ekf.start_at_fix(mean, P, table, 0, fix[0], fix[1], rng.normal(0.0, f.heading_rad))
         decay = exp(-STEP_S / f.gnss_bias_tau_s)
         for step in range(100):
             speed, rate = 10.0, 0.2 * cos(step / 20.0)
@@ -144,7 +144,7 @@ def test_errors_are_as_large_as_the_filter_says():
             truth += STEP_S * np.array([speed * cos(middle), speed * sin(middle), rate])
             bias = decay * bias + rng.normal(0.0, f.gnss_bias_m * np.sqrt(1.0 - decay**2), 2)
             seen = speed + rng.normal(0.0, f.odometer_white_mps), rate + rng.normal(0.0, f.gyro_white_rps)
-            ekf.predict(mean, P, table, 0, seen[0], seen[1], STEP_S)
+            ekf.predict_pose(mean, P, table, 0, seen[0], seen[1], STEP_S)
             fix = truth[:2] + bias + rng.normal(0.0, f.gnss_white_m, 2)
             ekf.update(mean, P, innovation, fix[0], fix[1], f.gnss_white_m)
         error = np.concatenate([truth, bias]) - mean
@@ -163,7 +163,7 @@ def test_the_undefended_estimate_ends_up_at_the_bias(straight, bias):
     for _ in range(1500):
         rig.step(bias_m=bias)
     assert rig.error_m("none")[0] == pytest.approx(bias, abs=0.02)
-    assert rig.filters.mean[0, 0, 3:] == pytest.approx([0.0, 0.0], abs=0.02)
+    assert rig.filter("none").mean[3:] == pytest.approx([0.0, 0.0], abs=0.02)
 
 
 def test_perfect_sensors_make_no_error(straight):

@@ -41,8 +41,9 @@ def test_the_direction_of_the_lane_tells_where_in_a_turn_the_vehicle_is(winding)
         rig.seen.heading_rad[:] = yaw
         rig.alarm[:] = step > 50
         if step == 51:  # 19 m before the bend
-            rig.filters.mean[0, :, 0] -= 1.0
-            rig.filters.covariance[0, :, 0, 0] += 1.0
+            for name in rig.responses:
+                rig.filter(name).mean[0] -= 1.0
+                rig.filter(name).covariance[0, 0] += 1.0
         rig.localize(rig.rows)
         errors[step] = {name: float(np.hypot(*rig.error_m(name)[0])) for name in rig.responses}
     assert errors[74]["ukf"] == pytest.approx(1.0, abs=0.05)
@@ -59,7 +60,7 @@ def test_between_the_points_of_a_sparse_map_the_lane_is_an_arc(plain_net):
     nodes = 'id="a" x="0" y="0"\nid="b" x="20" y="20"'
     sparse = compile_map(plain_net(nodes, f'id="ab" from="a" to="b" speed="13.9" shape="{shape}" {CENTRED}'), (5.0,))
     rig = Rig(sparse, responses=("ukf", "ukf5"), speed_mps=4.0)
-    rig.world.view.layer[:] = sparse.layer(5.0)
+    rig.world.hd_map.layer[:] = sparse.layer(5.0)
     worst = np.zeros(2)
     for step in range(1, 71):
         yaw = 0.02 * step
@@ -68,8 +69,8 @@ def test_between_the_points_of_a_sparse_map_the_lane_is_an_arc(plain_net):
         rig.seen.yaw_rate_rps[:], rig.seen.heading_rad[:] = 0.2, yaw
         rig.alarm[:] = step > 5
         rig.localize(rig.rows)
-        errors = rig.filters.apart().mean[0, :, :2] - rig.vehicles.rear_m[0]
-        worst = np.maximum(worst, np.hypot(*errors.T))
+        errors = [np.hypot(*rig.error_m(name)[0]) for name in rig.responses]
+        worst = np.maximum(worst, errors)
     assert worst[0] > 0.05
     assert worst[1] < 0.02
 
@@ -80,7 +81,7 @@ def test_a_camera_that_is_off_for_long_is_not_believed_more_and_more(straight):
     slow = sqrt(0.06**2 + 0.05**2)
     for step in range(600):
         rig.step(alarm=step > 20)
-    sigma = np.sqrt(rig.filters.apart().covariance[0, :, 1, 1])
+    sigma = np.sqrt([rig.filter(name).covariance[1, 1] for name in rig.responses])
     assert sigma[0] < 0.5 * slow
     assert 0.8 * slow < sigma[1] < 1.1 * slow
 
@@ -101,9 +102,10 @@ def test_a_covariance_that_is_none_is_repaired_and_counted(straight):
     for _ in range(5):
         rig.step()
     rig.step(alarm=True)
-    rig.filters.covariance[0, 0, 3] = rig.filters.covariance[0, 0, :, 3] = 0.0
-    rig.filters.covariance[0, 0, 3, 3] = -0.1
+    P = rig.filter("ukf5").covariance
+    P[3] = P[:, 3] = 0.0
+    P[3, 3] = -0.1
     rig.step(alarm=True)
-    assert rig.filters.repairs[0, 0] == 1
-    assert np.isfinite(rig.filters.mean).all()
-    assert rig.filters.covariance[0, 0, 3, 3] == pytest.approx(0.0, abs=1e-12)
+    assert rig.filter("ukf5").repairs == 1
+    assert np.isfinite(rig.filter("ukf5").mean).all()
+    assert P[3, 3] == pytest.approx(0.0, abs=1e-12)

@@ -7,16 +7,19 @@ import numpy as np
 import pytest
 from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
 
+from gpsec.hdmap.arrays import MapView
 from gpsec.hdmap.map import HDMap, compile_map
 from gpsec.hdmap.search import NEAREST, TRACKED
 from gpsec.localization import lane_ukf, learning
 from gpsec.localization.noise import noise_table
+from gpsec.localization.world import LaneSight, World, make_room
 
 from .rig import FIGURES, STEP_S
 
 # East, north, yaw, scale error of the odometer, gyro bias, slow error of the camera: where a filter's state has them.
-AT = [0, 1, 2, learning.SCALE, learning.GYRO, learning.SLOW]
-OFFSET_SIGMA_M, SLOPE_SIGMA = 0.07, 0.012
+AT = [0, 1, 2, learning.SCALE, learning.GYRO_ERROR, learning.SLOW]
+STATED_M = 0.1
+TABLE = noise_table([FIGURES])
 RADIUS_M = 50.0
 
 View = Callable[[np.ndarray], np.ndarray]
@@ -60,10 +63,19 @@ def filterpys(mean: np.ndarray, covariance: np.ndarray, view: View, seen: np.nda
     points = MerweScaledSigmaPoints(n=6, alpha=1.0, beta=2.0, kappa=0.0)
     oracle = UnscentedKalmanFilter(dim_x=6, dim_z=2, dt=STEP_S, hx=view, fx=None, points=points)
     oracle.x, oracle.P = mean[AT].copy(), covariance[np.ix_(AT, AT)].copy()
-    oracle.R = np.diag([OFFSET_SIGMA_M**2, SLOPE_SIGMA**2])
+    oracle.R = np.diag(np.square(lane_ukf.camera_noise(TABLE, 0, STATED_M)))
     oracle.sigmas_f = points.sigma_points(oracle.x, oracle.P)
     oracle.update(seen)
     return oracle
+
+
+def corrected(
+    hd_map: HDMap, mode: int, mean: np.ndarray, covariance: np.ndarray, hint: int, seen: np.ndarray
+) -> tuple[int, int]:
+    """Correct in place with an offset and a slope; return the segment and the repairs made."""
+    world = World(MapView(hd_map.lanes, hd_map.index, mode, np.zeros(1, np.int32)), TABLE, STEP_S)
+    sight = LaneSight(0, float(seen[0]), float(seen[1]), STATED_M)
+    return lane_ukf.correct_by_lane(mean, covariance, hint, make_room(learning.LEARNING_STATES), world, 0, sight)
 
 
 @pytest.mark.parametrize("mode", [TRACKED, NEAREST])
@@ -79,10 +91,7 @@ def test_every_state_is_corrected_as_filterpy_does(straight, circle, mode, off, 
         seen = view(mean[AT]) + np.array(off)
         oracle = filterpys(mean, covariance, view, seen)
         before = mean.copy()
-        room = lane_ukf.room()
-        hint, repairs = lane_ukf.update(
-            mean, covariance, room, hd_map.lanes, hd_map.index, mode, 0, 0, hint, *seen, OFFSET_SIGMA_M, SLOPE_SIGMA
-        )
+        hint, repairs = corrected(hd_map, mode, mean, covariance, hint, seen)
         assert (hint >= 0, repairs) == (True, 0)
         # The circle of the map has chords of 2.6 cm.
         np.testing.assert_allclose(mean[AT], oracle.x, rtol=0.0, atol=5e-4 if turning else 1e-9)
@@ -101,7 +110,7 @@ def test_the_cameras_mounting_stays_and_its_bias_fades(ago_s):
     decay = 1.0 - bias / (bias + mount) * (1.0 - exp(-STEP_S / f.camera_bias_tau_s))
     steps = round(ago_s / STEP_S)
     for _ in range(steps):
-        learning.predict(mean, covariance, table, 0, 10.0, 0.0, STEP_S, True)
+        learning.LEARNING_EKF.predict(mean, covariance, table, 0, 10.0, 0.0, STEP_S, True)
     assert mean[learning.SLOW] == pytest.approx(0.08 * decay**steps, rel=1e-9)
     assert covariance[learning.SLOW, learning.SLOW] == pytest.approx(bias + mount, rel=1e-9)
     # Without GNSS there is nothing that the receiver's slow error could add.
@@ -112,11 +121,10 @@ def test_what_a_lasting_offset_shows_is_shared_by_its_variance(straight):
     """On a straight lane the filter cannot tell a camera that is off from a vehicle that is: each takes its share."""
     mean, covariance = np.zeros(learning.LEARNING_STATES), np.zeros((learning.LEARNING_STATES,) * 2)
     mean[0] = 200.0
-    across, slow, white = 0.09, 0.0025, OFFSET_SIGMA_M**2
+    across, slow, white = 0.09, 0.0025, lane_ukf.camera_noise(TABLE, 0, STATED_M)[0] ** 2
     covariance[0, 0] = 1.0
     covariance[1, 1], covariance[learning.SLOW, learning.SLOW] = across, slow
-    lanes, index, room = straight.lanes, straight.index, lane_ukf.room()
-    lane_ukf.update(mean, covariance, room, lanes, index, TRACKED, 0, 0, -1, 0.2, 0.0, OFFSET_SIGMA_M, SLOPE_SIGMA)
+    corrected(straight, TRACKED, mean, covariance, -1, np.array([0.2, 0.0]))
     total = across + slow + white
     assert mean[1] == pytest.approx(0.2 * across / total, rel=1e-6)
     assert mean[learning.SLOW] == pytest.approx(0.2 * slow / total, rel=1e-6)

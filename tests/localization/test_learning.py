@@ -14,7 +14,9 @@ STATES = learning.LEARNING_STATES
 
 def moved(mean: np.ndarray, speed: float, rate: float, isolated: bool) -> np.ndarray:
     after = mean.copy()
-    learning.predict(after, np.zeros((STATES, STATES)), noise_table([FIGURES]), 0, speed, rate, STEP_S, isolated)
+    learning.LEARNING_EKF.predict(
+        after, np.zeros((STATES, STATES)), noise_table([FIGURES]), 0, speed, rate, STEP_S, isolated
+    )
     return after
 
 
@@ -32,8 +34,8 @@ def test_the_covariance_follows_the_derivatives_of_the_motion(isolated):
         F[:, i] = (moved(mean + step, 12.0, 0.3, isolated) - moved(mean - step, 12.0, 0.3, isolated)) / 2e-5
     Q, found = np.zeros((STATES, STATES)), P.copy()
     table = noise_table([FIGURES])
-    learning.predict(mean.copy(), Q, table, 0, 12.0, 0.3, STEP_S, isolated)
-    learning.predict(mean.copy(), found, table, 0, 12.0, 0.3, STEP_S, isolated)
+    learning.LEARNING_EKF.predict(mean.copy(), Q, table, 0, 12.0, 0.3, STEP_S, isolated)
+    learning.LEARNING_EKF.predict(mean.copy(), found, table, 0, 12.0, 0.3, STEP_S, isolated)
     # The chord also shortens as its turn grows, by a thousandth of the way in a second; F leaves that out.
     np.testing.assert_allclose(found, F @ P @ F.T + Q, atol=5e-3)
 
@@ -48,7 +50,7 @@ def test_errors_are_as_large_as_the_filter_says():
         scale, gyro = rng.normal(0.0, f.odometer_scale), rng.normal(0.0, f.gyro_bias_rps)
         fix = truth[:2] + slow + rng.normal(0.0, f.gnss_white_m, 2)
         mean, P = np.zeros(STATES), np.zeros((STATES, STATES))
-        learning.start(mean, P, table, 0, fix[0], fix[1], rng.normal(0.0, f.heading_rad))
+        learning.LEARNING_EKF.start(mean, P, table, 0, fix[0], fix[1], rng.normal(0.0, f.heading_rad))
         for step in range(150):
             speed, rate = 10.0, 0.2 * cos(step / 20.0)
             middle = truth[2] + rate * STEP_S / 2
@@ -57,9 +59,9 @@ def test_errors_are_as_large_as_the_filter_says():
             gyro = keeps * gyro + rng.normal(0.0, f.gyro_bias_rps * np.sqrt(1.0 - keeps**2))
             seen_speed = speed * (1.0 + scale) + rng.normal(0.0, f.odometer_white_mps)
             seen_rate = rate + gyro + rng.normal(0.0, f.gyro_white_rps)
-            learning.predict(mean, P, table, 0, seen_speed, seen_rate, STEP_S, False)
+            learning.LEARNING_EKF.predict(mean, P, table, 0, seen_speed, seen_rate, STEP_S, False)
             fix = truth[:2] + slow + rng.normal(0.0, f.gnss_white_m, 2)
-            assert learning.update(mean, P, innovation, fix[0], fix[1], f.gnss_white_m) == 0
+            assert learning.LEARNING_EKF.update(mean, P, innovation, fix[0], fix[1], f.gnss_white_m) == 0
         error = np.concatenate([truth, slow, [scale, gyro]]) - mean
         error[2] = (error[2] + pi) % (2.0 * pi) - pi
         squares.append(error @ np.linalg.solve(P, error))
@@ -80,7 +82,7 @@ def test_what_was_learnt_carries_through_isolation(straight):
     rig.seen.speed_mps[:] = 10.2
     for _ in range(300):
         rig.step()
-    learnt = rig.filters.apart().mean[0, rig.column("ukf5"), learning.SCALE]
+    learnt = rig.filter("ukf5").mean[learning.SCALE]
     assert learnt == pytest.approx(0.02, abs=5e-4)
     for _ in range(300):
         rig.step(alarm=True)
@@ -96,10 +98,10 @@ def test_the_slow_error_changes_hands(straight):
     rig.step(alarm=True, camera=False)
     f, slow = rig.figures, slice(3, 5)
     camera = f.camera_bias_m**2 + f.camera_mount_m**2
-    assert np.diag(rig.filters.covariance[0, 0])[slow] == pytest.approx([camera, 0.0], abs=1e-12)
-    scale = rig.filters.mean[0, 0, learning.SCALE]
+    assert np.diag(rig.filter("ukf5").covariance)[slow] == pytest.approx([camera, 0.0], abs=1e-12)
+    scale = rig.filter("ukf5").mean[learning.SCALE]
     assert rig.steps_until(False, "ukf5") == 20
-    P = rig.filters.covariance[0, 0]
+    P = rig.filter("ukf5").covariance
     assert np.diag(P)[slow] == pytest.approx([f.gnss_bias_m**2] * 2)
-    assert rig.filters.mean[0, 0, learning.SCALE] == pytest.approx(scale, abs=1e-9)
+    assert rig.filter("ukf5").mean[learning.SCALE] == pytest.approx(scale, abs=1e-9)
     assert np.linalg.eigvalsh(P).min() > -1e-12

@@ -3,7 +3,7 @@ import pytest
 
 from gpsec.localization import lane_ukf
 from gpsec.localization.history import SNAPSHOTS, Recall
-from gpsec.localization.switch import SwitchSettings
+from gpsec.localization.rejoin import SwitchSettings
 
 from .rig import Rig
 
@@ -72,7 +72,7 @@ def test_a_young_track_goes_back_to_its_first_fix(straight):
         rig.step(bias_m=(0.0, 0.4), camera=False)
     rig.step(bias_m=(9.0, 0.4), alarm=True, camera=False)
     assert rig.error_m("rollback")[0] == pytest.approx([0.0, 0.4], abs=1e-9)
-    assert rig.filters.isolated_way_m[0, 0] == pytest.approx(10 * rig.speed_mps * 0.1)
+    assert rig.filter("rollback").isolated_way_m == pytest.approx(10 * rig.speed_mps * 0.1)
 
 
 def test_stored_camera_corrects_on_the_way(straight):
@@ -106,7 +106,7 @@ def test_a_yaw_that_the_heading_sensor_contradicts_is_not_brought_back(straight)
     for step in range(10):
         rig.step(camera=False, alarm=step == 9)
     for response in BACK:
-        assert rig.filters.mean[0, rig.column(response), 2] == pytest.approx(0.0, abs=1e-3)
+        assert rig.filter(response).mean[2] == pytest.approx(0.0, abs=1e-3)
 
 
 @pytest.mark.parametrize("response", BACK)
@@ -118,7 +118,7 @@ def test_the_camera_of_the_alarms_own_step_corrects_once(straight, response):
             rig.step()
     without.step(alarm=True, camera=False)
     seen.step(alarm=True, camera=True)
-    before, after = (rig.filters.covariance[0, 0] for rig in (without, seen))
+    before, after = (rig.filter(response).covariance for rig in (without, seen))
     states = [1, 2, 3, 5, 6] if response == "ukf5_rollback" else [1]
     P = before[np.ix_(states, states)]
     if response == "ukf5_rollback":
@@ -144,5 +144,5 @@ def test_one_kept_filter_is_always_old_enough_and_still_there(rollback_s, step_s
 
 
 def test_nothing_is_kept_where_nobody_goes_back(straight):
-    assert Rig(straight, responses=("ukf", "none")).filters.past_mean.size == 0
-    assert np.prod(Rig(straight, responses=("rollback",)).filters.past_mean.shape) == SNAPSHOTS * 5
+    assert Rig(straight, responses=("ukf", "none", "rollback")).filter("ukf").past_mean.size == 0
+    assert Rig(straight, responses=("rollback",)).filter("rollback").past_mean.shape == (SNAPSHOTS, 5)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from gpsec.localization.switch import SwitchSettings
+from gpsec.localization.rejoin import SwitchSettings
 
 from .rig import STEP_S, Rig, figures
 
@@ -24,7 +24,7 @@ def test_an_alarm_isolates_at_once_and_no_fix_is_used_any_more(rig):
     for response in ISOLATING:
         assert rig.isolated(response)
         assert abs(rig.error_m(response)).max() < 1e-6
-        assert not rig.filters.apart().innovation_valid[0, rig.column(response)]
+        assert not rig.filter(response).innovation_valid
     assert not rig.isolated("none")
     assert rig.error_m("none")[0, 1] > 1.0
 
@@ -34,7 +34,7 @@ def test_each_defence_listens_to_its_own_detector(straight):
     rig.alarm[:] = False
     rig.alarm[0, rig.column("ukf")] = True
     rig.localize(rig.rows)
-    assert rig.filters.isolated[0].tolist() == [name == "ukf" for name in rig.responses]
+    assert [rig.isolated(name) for name in rig.responses] == [name == "ukf" for name in rig.responses]
 
 
 def test_none_never_isolates(rig):
@@ -58,7 +58,7 @@ def test_a_receiver_that_is_slower_than_the_loop_is_not_an_outage(straight):
     rig = Rig(straight, figures=figures(gnss_period_s=1.0))
     for step in range(300):
         rig.step(fix=step % 10 == 0)
-        assert not rig.filters.isolated.any()
+        assert not any(rig.isolated(name) for name in rig.responses)
 
 
 @pytest.mark.parametrize(("hold_s", "rejoin_s"), [(2.0, 1.0), (0.5, 3.0), (0.0, 0.0)])
@@ -126,7 +126,7 @@ def test_a_rejoined_filter_follows_gnss_again(straight):
         rig.step(bias_m=(0.0, 0.2))
     for response in ISOLATING:
         assert rig.error_m(response)[0, 1] == pytest.approx(0.2, abs=0.03)
-        covariance = rig.filters.apart().covariance[0, rig.column(response)]
+        covariance = rig.filter(response).covariance
         assert abs(covariance - covariance.T).max() < 1e-12
         assert np.linalg.eigvalsh(covariance).min() > -1e-12
 
@@ -137,8 +137,7 @@ def test_the_odometers_scale_error_along_the_lane_is_forgiven_by_the_way_travell
     rig.step(alarm=True)
     for _ in range(400):
         rig.step(alarm=True)
-    rig.filters = rig.filters.apart()
-    rig.filters.mean[0, rig.column("ukf"), 0] -= 10.0
+    rig.filter("ukf").mean[0] -= 10.0
     assert rig.steps_until(False) <= 21
     for _ in range(100):
         rig.step()
@@ -149,9 +148,9 @@ def test_nothing_happens_before_the_first_fix(straight):
     rig = Rig(straight)
     for _ in range(30):
         rig.step(fix=False, alarm=True)
-    assert not rig.filters.started[0]
-    assert not rig.filters.isolated.any()
-    assert not rig.filters.mean.any()
+    assert not rig.state.cells.started[0]
+    assert not any(rig.isolated(name) for name in rig.responses)
+    assert not rig.filter("ukf").mean.any()
     rig.step()
     assert rig.error_m("ukf")[0] == pytest.approx([0.0, 0.0])
 
@@ -170,21 +169,19 @@ def test_ukf_holds_the_lane_where_dead_reckoning_drifts_off(straight):
 @pytest.mark.parametrize(("yaw", "kept"), [(0.2, False), (-0.041, False), (0.039, True)])
 def test_a_yaw_that_spoofed_fixes_have_turned_is_not_taken_into_isolation(rig, yaw, kept):
     """More than four standard deviations (of 0.01 rad) away from the heading sensor's, that one is taken."""
-    column = rig.column("dead_reckoning")
-    rig.filters = rig.filters.apart()
-    rig.filters.mean[0, column, 2] = yaw
+    own = rig.filter("dead_reckoning")
+    own.mean[2] = yaw
     rig.seen.heading_rad[:] = 0.0
     rig.step(alarm=True)
-    assert rig.filters.mean[0, column, 2] == pytest.approx(yaw if kept else 0.0, abs=1e-12)
-    assert (rig.filters.covariance[0, column, 2, 2] < 0.01**2) == kept
+    assert rig.filter("dead_reckoning").mean[2] == pytest.approx(yaw if kept else 0.0, abs=1e-12)
+    assert (rig.filter("dead_reckoning").covariance[2, 2] < 0.01**2) == kept
 
 
 def test_yaw_is_kept_where_fixes_are_only_lost(rig):
-    column = rig.column("dead_reckoning")
-    rig.filters = rig.filters.apart()
-    rig.filters.mean[0, column, 2] = 0.2
+    own = rig.filter("dead_reckoning")
+    own.mean[2] = 0.2
     rig.seen.heading_rad[:] = 0.0
     for _ in range(8):
         rig.step(fix=False)
-    assert rig.filters.isolated[0, column]
-    assert rig.filters.mean[0, column, 2] == pytest.approx(0.2, abs=1e-12)
+    assert rig.isolated("dead_reckoning")
+    assert rig.filter("dead_reckoning").mean[2] == pytest.approx(0.2, abs=1e-12)

@@ -9,11 +9,11 @@ from gpsec.core.tables import Table
 from gpsec.hdmap.arrays import MapView
 from gpsec.hdmap.map import HDMap, compile_map
 from gpsec.hdmap.search import NEAREST, TRACKED
-from gpsec.localization import ukf
-from gpsec.localization.camera_ukf import CameraUkf
+from gpsec.localization import paper_ukf
 from gpsec.localization.noise import noise_table
-from gpsec.localization.responses import Cells, World
-from gpsec.localization.state import FilterState
+from gpsec.localization.responses import CameraUkf
+from gpsec.localization.state import Branches
+from gpsec.localization.world import World
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Measurements, Vehicles
 
@@ -63,11 +63,10 @@ def oracle(hd_map: HDMap, layer: int, x: np.ndarray, P: np.ndarray) -> Unscented
 
 
 def test_weights_are_those_of_filterpy():
-    points = MerweScaledSigmaPoints(n=2, alpha=ukf.ALPHA, beta=ukf.BETA, kappa=ukf.KAPPA)
-    weights = ukf.sigma_weights()
-    np.testing.assert_array_equal(weights.mean, points.Wm, strict=True)
-    np.testing.assert_array_equal(weights.covariance, points.Wc, strict=True)
-    assert weights.spread == 3.0
+    points = MerweScaledSigmaPoints(n=2, alpha=paper_ukf.ALPHA, beta=paper_ukf.BETA, kappa=paper_ukf.KAPPA)
+    np.testing.assert_array_equal(np.array(paper_ukf.MEAN_WEIGHTS), points.Wm, strict=True)
+    np.testing.assert_array_equal(np.array(paper_ukf.COVARIANCE_WEIGHTS), points.Wc, strict=True)
+    assert paper_ukf.SPREAD == 3.0
 
 
 def noise_of_a_step(speed: float, middle: float, yaw_variance: float) -> np.ndarray:
@@ -92,19 +91,14 @@ def correct(
     """Correct `mean` and `P` in place with one lane offset; return the segment and the repairs made."""
     view = MapView(hd_map.lanes, hd_map.index, mode, np.array([layer], np.int32))
     world = World(view, noise_table([FIGURES]), STEP_S)
-    filters, tracks, vehicles, seen = (
-        FilterState.empty(1, [0]),
-        Table(Tracks, 1).now,
-        Table(Vehicles, 1).now,
-        Table(Measurements, 1).now,
-    )
-    filters.mean[0, 0], filters.covariance[0, 0], filters.segment[:] = mean, P, hint
-    tracks.vehicle[:] = vehicles.lane[:] = 0
+    branches = Table(Branches, states=5, snapshots=0, triangle=15).now
+    tracks, vehicles, seen = Table(Tracks).now, Table(Vehicles).now, Table(Measurements).now
+    branches.mean[0], branches.covariance[0], branches.segment[:] = mean, P, hint
+    branches.track[:] = tracks.vehicle[:] = vehicles.lane[:] = 0
     seen.lane_poly[0, 0], seen.camera_sigma_m[:], seen.camera_valid[:] = -offset_m, SIGMA_M, True
-    one = np.zeros(1, np.int32)
-    CameraUkf().correct(Cells(one, one, np.zeros(1, np.bool_)), filters, tracks, vehicles, seen, world)
-    mean[:], P[:] = filters.mean[0, 0], filters.covariance[0, 0]
-    return int(filters.segment[0, 0]), int(filters.repairs[0, 0])
+    CameraUkf().correct(np.zeros(1, np.int32), branches, tracks, vehicles, seen, world)
+    mean[:], P[:] = branches.mean[0], branches.covariance[0]
+    return int(branches.segment[0]), int(branches.repairs[0])
 
 
 def follow(hd_map: HDMap, layer: int, mean: np.ndarray, P: np.ndarray, yaw_rate: float, steps: int, mode: int) -> None:
@@ -116,7 +110,7 @@ def follow(hd_map: HDMap, layer: int, mean: np.ndarray, P: np.ndarray, yaw_rate:
         speed = 8.0 + rng.normal(0.0, 0.05)
         rate = yaw_rate + rng.normal(0.0, 0.01)
         yaw, yaw_variance = mean[2], P[2, 2]
-        ukf.predict(mean, P, table, 0, speed, rate, STEP_S)
+        paper_ukf.predict_position(mean, P, table, 0, speed, rate, STEP_S)
         turn = rate * STEP_S
         move = speed / rate * np.array([sin(yaw + turn) - sin(yaw), cos(yaw) - cos(yaw + turn)])
         other.Q = noise_of_a_step(speed, yaw + turn / 2, yaw_variance)

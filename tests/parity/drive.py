@@ -19,13 +19,9 @@ from gpsec.detection.learned import Learned
 from gpsec.detection.lstm import Lstm
 from gpsec.detection.lstm_cell import HIDDEN, INPUTS, OUTPUTS
 from gpsec.detection.lstm_cusum import LstmCusum
-from gpsec.localization.camera_ukf import CameraUkf
-from gpsec.localization.dead_reckoning import DeadReckoning
-from gpsec.localization.no_response import NoResponse
-from gpsec.localization.rollback import Rollback
-from gpsec.localization.switch import Localization, SwitchSettings
-from gpsec.localization.ukf5 import Ukf5
-from gpsec.localization.ukf5_rollback import Ukf5Rollback
+from gpsec.localization.rejoin import SwitchSettings
+from gpsec.localization.responses import CameraUkf, DeadReckoning, NoResponse, Rollback, Ukf5, Ukf5Rollback
+from gpsec.localization.switch import Localization
 from gpsec.pipeline.build import Ground, lay_ground, sampling_of
 from gpsec.pipeline.loop import Loop, LoopSettings
 from gpsec.scenario import load_scenario
@@ -68,7 +64,7 @@ class Drive:
     def matched(self, mode: int) -> "Drive":
         """The same traffic, for vehicles that match in another way."""
         world = self.ground.world
-        return replace(self, ground=replace(self.ground, world=world._replace(view=world.view._replace(mode=mode))))
+        return replace(self, ground=replace(self.ground, world=world._replace(hd_map=world.hd_map._replace(mode=mode))))
 
     def few(self, vehicles: int) -> Iterator[Frame]:
         """Yield the recorded frames as if only the first vehicles to depart were equipped."""

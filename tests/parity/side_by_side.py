@@ -8,7 +8,6 @@ import numpy as np
 from gpsec.core.arrays import Ints
 from gpsec.core.stopwatch import Stopwatch
 from gpsec.core.threads import Threads
-from gpsec.localization.state import FilterState
 from gpsec.pipeline.batched import BatchedMethod
 from gpsec.reference.learning import LaneUkf
 from gpsec.reference.method import ReferenceMethod
@@ -84,7 +83,7 @@ class SideBySide:
         threads: Threads,
         watch: Stopwatch,
     ) -> None:
-        isolated_before = self.batched.filters.isolated[rows].copy()
+        isolated_before = self.batched.answers.isolated[rows].copy()
         self.reference.step(number, rows, tracks, vehicles, seen, threads, watch)
         residual, valid = tracks.residual_m[rows].copy(), tracks.residual_valid[rows].copy()
         paired = tracks.paired_m[rows][valid]
@@ -93,10 +92,9 @@ class SideBySide:
         found.close("residual", residual, tracks.residual_m[rows])
         found.same("residual valid", valid, tracks.residual_valid[rows])
         self._compare_detectors(rows)
-        filters = self.batched.filters.apart()
         for row in rows.tolist():
-            self._compare_filters(row, filters)
-        isolated = self.batched.filters.isolated[rows]
+            self._compare_filters(row)
+        isolated = self.batched.answers.isolated[rows]
         lane = vehicles.lane[tracks.vehicle[rows]]
         matched = tracks.segment[rows]
         found.seen["track step"] += len(rows)
@@ -120,25 +118,28 @@ class SideBySide:
         self.found.close("estimate", one.estimate_m[rows], other.estimate_m[rows])
         self.found.same("isolated", one.isolated[rows], other.isolated[rows])
 
-    def _compare_filters(self, row: int, filters: FilterState) -> None:
-        found = self.found
+    def _compare_filters(self, row: int) -> None:
+        found, state = self.found, self.batched.filters
         defences = self.reference.track(row).localization.defences
-        found.same("filter started", bool(defences), filters.started[row])
+        found.same("filter started", bool(defences), state.cells.started[row])
         for d, defence in enumerate(defences):
-            mean, covariance = filters.mean[row, d], filters.covariance[row, d]
+            filters, branch = state.of(d)
+            at = branch[row]
+            mean, covariance = filters.mean[at], filters.covariance[at]
+            found.seen["repair"] += int(filters.repairs[at])
             if defence.ekf is not None:
                 size = len(defence.ekf.mean)
                 learning = "learning " * (size > 5)
                 found.close(f"{learning}EKF state", defence.ekf.mean, mean[:size])
                 found.close(f"{learning}EKF covariance", defence.ekf.covariance, covariance[:size, :size])
-                found.same("EKF update", defence.ekf.nis is not None, filters.innovation_valid[row, d])
+                found.same("EKF update", defence.ekf.nis is not None, filters.innovation_valid[at])
                 if defence.ekf.nis is not None:
-                    nis = float((filters.innovation[row, d] ** 2).sum())
+                    nis = float((filters.innovation[at] ** 2).sum())
                     found.relative("EKF NIS", defence.ekf.nis, nis)
             if isinstance(defence.ukf, LaneUkf):
-                at = [0, 1, 2, 5, 6, 3]
-                found.close("lane UKF state", defence.ukf.state, mean[at])
-                found.close("lane UKF covariance", defence.ukf.state_covariance, covariance[np.ix_(at, at)])
+                order = [0, 1, 2, 5, 6, 3]
+                found.close("lane UKF state", defence.ukf.state, mean[order])
+                found.close("lane UKF covariance", defence.ukf.state_covariance, covariance[np.ix_(order, order)])
                 found.seen["lane correction"] += defence.corrected
                 found.seen["lane rollback"] += defence.went_back
             elif defence.ukf is not None:
@@ -147,4 +148,3 @@ class SideBySide:
                 found.close("UKF covariance", defence.ukf.covariance, covariance[:2, :2])
                 found.close("UKF yaw variance", defence.ukf.yaw_variance, covariance[2, 2])
                 found.seen["camera correction"] += defence.corrected
-        found.seen["repair"] += int(filters.repairs[row].sum())

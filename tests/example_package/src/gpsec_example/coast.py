@@ -2,7 +2,7 @@
 
 from typing import ClassVar
 
-from gpsec.localization.dead_reckoning import DeadReckoning
+from gpsec.localization.responses import DeadReckoning
 
 
 class Coast(DeadReckoning):

@@ -5,68 +5,53 @@ noise is additive. The weights are Merwe's, as in filterpy.
 """
 
 from math import cos, sin, sqrt
-from typing import NamedTuple
 
-import numpy as np
-
-from gpsec.core.arrays import Floats, Ints
+from gpsec.core.arrays import Floats
 from gpsec.core.geo import dead_reckon, wrap_angle
 from gpsec.core.kernels import inline
 from gpsec.hdmap.around import gather_around, nearest_of
-from gpsec.hdmap.arrays import MapArrays, MatchIndex, Pose
+from gpsec.hdmap.arrays import Pose
 from gpsec.hdmap.matching import offset_on
 from gpsec.hdmap.search import MIN_COS, TRACKED, match
+from gpsec.localization import ekf
 from gpsec.localization.ekf import process_noise
+from gpsec.localization.family import Filter
 from gpsec.localization.noise import FilterNoise
+from gpsec.localization.world import LaneSight, Room, World
 
 # alpha = 1 and kappa = 1 put the points at sqrt(3) standard deviations, which matches the fourth moment of a Gaussian
 # in two dimensions (Julier and Uhlmann, 2004: n + kappa = 3).
 ALPHA, BETA, KAPPA = 1.0, 2.0, 1.0
-# Segments that one search may find for all sigma points; where there are more, each point is searched for.
-NEAR = 64
-# A yaw that is further from the heading sensor's, in standard deviations of that, has been turned by fixes.
-YAW_SIGMAS = 4.0
-
-
-class SigmaWeights(NamedTuple):
-    """Weights of mean and covariance, (5,) each, and n + λ."""
-
-    mean: Floats
-    covariance: Floats
-    spread: float
-
-
-def sigma_weights() -> SigmaWeights:
-    """Return the weights of the five sigma points.
-
-    By hand: importing filterpy takes longer than everything else that a run imports.
-    """
-    spread = ALPHA**2 * (2.0 + KAPPA)
-    mean = np.full(5, 0.5 / spread)
-    mean[0] = (spread - 2.0) / spread
-    covariance = mean.copy()
-    covariance[0] += 1.0 - ALPHA**2 + BETA
-    return SigmaWeights(mean, covariance, spread)
+# n + λ, and the weights of the five sigma points for mean and covariance. By hand: importing filterpy takes longer than
+# everything else that a run imports.
+SPREAD = ALPHA**2 * (2.0 + KAPPA)
+MEAN_WEIGHTS = ((SPREAD - 2.0) / SPREAD, *[0.5 / SPREAD] * 4)
+COVARIANCE_WEIGHTS = (MEAN_WEIGHTS[0] + (1.0 - ALPHA**2 + BETA), *MEAN_WEIGHTS[1:])
 
 
 @inline
-def drop_polluted_yaw(mean: Floats, covariance: Floats, heading_rad: float, sigma_rad: float) -> None:
-    """Take the heading sensor's yaw where the filter's contradicts it.
-
-    Fixes that jump sideways turn the EKF's yaw (a jump of 2.4 m by some degrees), and in isolation nothing would
-    correct it. The heading sensor knows nothing of fixes. Where fixes are only lost, the filter knows yaw better than
-    a sensor that may be off by its bias.
-    """
-    if abs(wrap_angle(mean[2] - heading_rad)) > YAW_SIGMAS * sigma_rad:
-        mean[2] = heading_rad
-        covariance[2, 2] = sigma_rad * sigma_rad
+def _isolate(mean: Floats, covariance: Floats, noise: FilterNoise[Floats], profile: int) -> None:
+    """Leave the EKF's state as it is: position and yaw go on, the slow GNSS error waits."""
 
 
 @inline
-def predict(
+def _take_yaw(mean: Floats, covariance: Floats, heading_rad: float, sigma_rad: float) -> None:
+    """Take the yaw of the heading sensor, with its variance."""
+    mean[2] = heading_rad
+    covariance[2, 2] = sigma_rad * sigma_rad
+
+
+@inline
+def _drift(noise: FilterNoise[Floats], profile: int, way_m: float) -> float:
+    """Return the variance along the way that the odometer's scale error has made in isolation."""
+    return float((noise.odometer_scale[profile] * way_m) ** 2)
+
+
+@inline
+def predict_position(
     mean: Floats,
     covariance: Floats,
-    table: FilterNoise[Floats],
+    noise: FilterNoise[Floats],
     profile: int,
     speed_mps: float,
     yaw_rate_rps: float,
@@ -80,7 +65,7 @@ def predict(
     turn = yaw_rate_rps * step_s
     middle = mean[2] + 0.5 * turn
     mean[0], mean[1] = dead_reckon(mean[0], mean[1], mean[2], distance, turn)
-    along, across, yaw = process_noise(table, profile, speed_mps, sqrt(covariance[2, 2]), step_s)
+    along, across, yaw = process_noise(noise, profile, speed_mps, sqrt(covariance[2, 2]), step_s)
     c = cos(middle)
     s = sin(middle)
     covariance[0, 0] += along * c * c + across * s * s
@@ -92,24 +77,15 @@ def predict(
 
 
 @inline
-def update(
-    mean: Floats,
-    covariance: Floats,
-    weights: SigmaWeights,
-    lanes: MapArrays,
-    index: MatchIndex,
-    mode: int,
-    layer: int,
-    lane: int,
-    hint: int,
-    offset_m: float,
-    sigma_m: float,
-    near: Ints,
+def correct_by_offset(
+    mean: Floats, covariance: Floats, hint: int, room: Room, world: World, profile: int, sight: LaneSight
 ) -> tuple[int, int]:
-    """Correct with the camera's lane offset (Eqs 13-16); `near` is room to work in.
+    """Correct with the camera's lane offset (Eqs 13-16).
 
     Returns the segment of the mean (-1 where a sigma point had no match; nothing is corrected then) and repairs made.
     """
+    lanes, lookup, mode = world.hd_map.lanes, world.hd_map.lookup, world.hd_map.mode
+    layer = world.hd_map.layer[profile]
     P = covariance
     repairs = 0
     if P[0, 0] <= 0.0 or P[0, 0] * P[1, 1] - P[0, 1] * P[0, 1] <= 0.0:
@@ -119,9 +95,9 @@ def update(
         P[0, 1] = 0.0
         P[1, 0] = 0.0
     # Rows of the upper Cholesky factor of (n + λ) P.
-    a = sqrt(weights.spread * P[0, 0])
-    b = weights.spread * P[0, 1] / a
-    c = sqrt(max(weights.spread * P[1, 1] - b * b, 0.0))
+    a = sqrt(SPREAD * P[0, 0])
+    b = SPREAD * P[0, 1] / a
+    c = sqrt(max(SPREAD * P[1, 1] - b * b, 0.0))
     ex = (0.0, a, 0.0, -a, 0.0)
     ey = (0.0, b, c, -b, -c)
     heading = mean[2]
@@ -129,16 +105,17 @@ def update(
     segment = hint
     if mode == TRACKED:
         reach = max(sqrt(a * a + b * b), c)
-        count, segment = gather_around(lanes, index, Pose(layer, lane, mean[0], mean[1], heading), hint, reach, near)
+        pose = Pose(layer, sight.lane, mean[0], mean[1], heading)
+        count, segment = gather_around(lanes, lookup, pose, hint, reach, room.near)
     z0 = z1 = z2 = z3 = z4 = 0.0
     centre = -1
     for k in range(5):
         x = mean[0] + ex[k]
         y = mean[1] + ey[k]
         if count > 0:
-            segment = nearest_of(lanes, near, count, x, y)
+            segment = nearest_of(lanes, room.near, count, x, y)
         else:
-            segment = match(lanes, index, mode, Pose(layer, lane, x, y, heading), segment)
+            segment = match(lanes, lookup, mode, Pose(layer, sight.lane, x, y, heading), segment)
         if segment < 0:
             return -1, repairs
         z, cosine = offset_on(lanes, segment, x, y, heading, mode == TRACKED)
@@ -158,21 +135,42 @@ def update(
     zs = (z0, z1, z2, z3, z4)
     expected = 0.0
     for k in range(5):
-        expected += weights.mean[k] * zs[k]
-    S = sigma_m * sigma_m
+        expected += MEAN_WEIGHTS[k] * zs[k]
+    S = sight.sigma_m * sight.sigma_m
     cross_x = 0.0
     cross_y = 0.0
     for k in range(5):
         dz = zs[k] - expected
-        S += weights.covariance[k] * dz * dz
-        cross_x += weights.covariance[k] * ex[k] * dz
-        cross_y += weights.covariance[k] * ey[k] * dz
+        S += COVARIANCE_WEIGHTS[k] * dz * dz
+        cross_x += COVARIANCE_WEIGHTS[k] * ex[k] * dz
+        cross_y += COVARIANCE_WEIGHTS[k] * ey[k] * dz
     gain_x = cross_x / S
     gain_y = cross_y / S
-    mean[0] += gain_x * (offset_m - expected)
-    mean[1] += gain_y * (offset_m - expected)
+    mean[0] += gain_x * (sight.offset_m - expected)
+    mean[1] += gain_y * (sight.offset_m - expected)
     P[0, 0] -= gain_x * S * gain_x
     P[0, 1] -= gain_x * S * gain_y
     P[1, 0] = P[0, 1]
     P[1, 1] -= gain_y * S * gain_y
     return centre, repairs
+
+
+@inline
+def _predict(
+    mean: Floats,
+    covariance: Floats,
+    noise: FilterNoise[Floats],
+    profile: int,
+    speed_mps: float,
+    yaw_rate_rps: float,
+    step_s: float,
+    isolated: bool,
+) -> None:
+    """Propagate by one step, as the EKF of normal operation does or as the UKF."""
+    if isolated:
+        predict_position(mean, covariance, noise, profile, speed_mps, yaw_rate_rps, step_s)
+    else:
+        ekf.predict_pose(mean, covariance, noise, profile, speed_mps, yaw_rate_rps, step_s)
+
+
+PAPER_FILTER = Filter(ekf.STATES, ekf.start_at_fix, _predict, ekf.update, _isolate, _take_yaw, _drift, ekf.trust)

@@ -1,0 +1,145 @@
+"""Which rows the branches of a run have, and the one rule by which they fork."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from gpsec.core.arrays import Ints
+from gpsec.core.tables import Slots, Table
+from gpsec.localization.history import History
+from gpsec.localization.state import TRUSTS, Branches, Cells
+
+
+class BranchRows:
+    """The branches of one family, and which rows are in use.
+
+    Attributes:
+        columns: (k,) the defences of the family.
+    """
+
+    def __init__(self, columns: Ints, states: int, snapshots: int) -> None:
+        triangle = states * (states + 1) // 2
+        self.columns = columns
+        self._table = Table(Branches, states=states, snapshots=snapshots, triangle=triangle)
+        self._slots = Slots()
+        self._used: Ints = np.zeros(0, np.int32)
+
+    @property
+    def now(self) -> Branches:
+        """The filters themselves."""
+        return self._table.now
+
+    def rows(self, tracks: Ints, capacity: int) -> Ints:
+        """Return the rows of the branches of some of `capacity` track rows, ascending."""
+        wanted = np.zeros(capacity, np.bool_)
+        wanted[tracks] = True
+        active: Ints = self._used[wanted[self.now.track[self._used]]]
+        return active
+
+    def begin(self, cells: Cells, tracks: Ints) -> None:
+        """Give each of `tracks` one fresh branch, in place of those that it had."""
+        self._give_back(cells, tracks)
+        fresh = self._take(len(tracks))
+        self._table.reset(fresh)
+        self.now.track[fresh] = tracks
+        cells.branch[tracks[:, np.newaxis], self.columns] = fresh[:, np.newaxis]
+
+    def fork(self, cells: Cells, source: Ints, target: Ints) -> None:
+        """Let the tracks `target` go on from where `source` are, with branches of their own."""
+        self._give_back(cells, target)
+        branch = cells.branch[source[:, np.newaxis], self.columns]
+        old, at, group = np.unique(branch, return_index=True, return_inverse=True)
+        new = self._take(len(old))
+        self._table.copy(old, new)
+        self.now.track[new] = target[at // len(self.columns)]
+        cells.branch[target[:, np.newaxis], self.columns] = new[group].reshape(branch.shape)
+
+    def part(self, cells: Cells, tracks: Ints) -> Ints:
+        """Fork the branches of `tracks` whose defences are not of one response any more.
+
+        Returns the rows of those that have given GNSS up, or taken it back.
+        """
+        cell = tracks[:, np.newaxis], self.columns
+        branch, response = cells.branch[cell], cells.response[cell]
+        kinds = int(response.max()) + 2
+        found, group = np.unique(branch.astype(np.int64) * kinds + (response - TRUSTS), return_inverse=True)
+        old, wanted = found // kinds, found % kinds + TRUSTS
+        forks = np.append(False, old[1:] == old[:-1])
+        new = old.astype(np.int32)
+        if forks.any():
+            new[forks] = self._take(int(forks.sum()))
+            self._table.copy(old[forks], new[forks])
+            cells.branch[cell] = new[group].reshape(branch.shape)
+        changed = self.now.response[new] != wanted
+        self.now.response[new] = wanted
+        moved: Ints = new[changed]
+        return moved
+
+    def _take(self, count: int) -> Ints:
+        taken = np.array([self._slots.take() for _ in range(count)], np.int32)
+        if self._slots.used > self._table.capacity:
+            self._table.grow(2 * self._slots.used)
+        self._used = np.union1d(self._used, taken)
+        return taken
+
+    def _give_back(self, cells: Cells, tracks: Ints) -> None:
+        branch = np.unique(cells.branch[tracks[:, np.newaxis], self.columns])
+        old = branch[branch >= 0]
+        for row in old.tolist():
+            self._slots.give_back(row)
+        self._used = np.setdiff1d(self._used, old, assume_unique=True)
+
+
+class LocalizationState:
+    """All that the filters of a run remember.
+
+    Attributes:
+        families: the branches of each family.
+        history: odometry and camera of the vehicles.
+    """
+
+    def __init__(self, defences: int, families: Sequence[BranchRows], history: Table[History]) -> None:
+        self._cells = Table(Cells, defences=defences)
+        self.families = list(families)
+        self.history = history
+
+    @property
+    def cells(self) -> Cells:
+        """The defences of every track."""
+        return self._cells.now
+
+    def grow(self, capacity: int) -> None:
+        """Make room for `capacity` track rows."""
+        self._cells.grow(capacity)
+
+    def reset(self, rows: Ints) -> None:
+        """Begin anew in the track rows `rows`."""
+        for family in self.families:
+            family.begin(self.cells, rows)
+        branch = self.cells.branch[rows]
+        self._cells.reset(rows)
+        self.cells.branch[rows] = branch
+
+    def copy(self, source: Ints, target: Ints) -> None:
+        """Let the tracks `target` go on from where the tracks `source` are."""
+        for family in self.families:
+            family.fork(self.cells, source, target)
+        branch = self.cells.branch[target]
+        self._cells.copy(source, target)
+        self.cells.branch[target] = branch
+
+    def part(self, rows: Ints) -> list[Ints]:
+        """Fork branches where defences of the track rows `rows` have given GNSS up or taken it back.
+
+        Returns, for each family, the rows of the branches that have.
+        """
+        tracks = rows[self.cells.parts[rows]]
+        if not len(tracks):
+            return [tracks] * len(self.families)
+        self.cells.parts[tracks] = False
+        return [family.part(self.cells, tracks) for family in self.families]
+
+    def of(self, defence: int) -> tuple[Branches, Ints]:
+        """Return the filters of the family of a defence, and the (M,) rows of those that it has."""
+        family = next(family for family in self.families if defence in family.columns)
+        return family.now, self.cells.branch[:, defence]
