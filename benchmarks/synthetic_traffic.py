@@ -13,7 +13,7 @@ import numpy as np
 
 from gpsec.traffic.offline import OfflineTraffic
 from gpsec.traffic.options import SumoOptions, resolve_options
-from gpsec.traffic.recording import RecordedTraffic, Recording, record
+from gpsec.traffic.recording import RecordedTraffic, Recording, record_traffic
 from gpsec.traffic.source import Departure, Equip, Frame
 
 
@@ -83,7 +83,7 @@ def main() -> None:
     options = resolve_options(Path(sumocfg), seed=1)
     hd_map = load_map(options.net_file, ())
     with RemoteSession(options, hd_map.lane_index, synthetic_traffic.everybody) as session:
-        recording = record(session, float(seconds))
+        recording = record_traffic(session, float(seconds))
     save_recording(recording, Path(target), on_net(options.net_file, len(hd_map.lane_ids)))
 
 

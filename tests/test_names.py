@@ -17,15 +17,11 @@ SAME_ROLE = {"main", "T"}
 # To be renamed: each of these still has two meanings. This set only ever shrinks.
 ALLOWED: set[str] = {
     "INTERRUPTED",
-    "Part",
     "check",
     "display",
-    "is_finished",
     "load",
     "load_parts",
-    "record",
     "run",
-    "tell",
     "the_batch_equals_a_loop_of_singles",
     "train",
 }

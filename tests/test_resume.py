@@ -19,7 +19,7 @@ from gpsec.console import aftermath
 from gpsec.outcomes.digests import table_digests
 from gpsec.outcomes.tables import TABLES
 from gpsec.running.batch import _missing
-from gpsec.running.workers import is_finished
+from gpsec.running.workers import has_result
 from gpsec.scenario import load_scenario
 from gpsec.scenario.overrides import parse_set
 
@@ -224,6 +224,6 @@ def test_a_scenario_of_a_killed_run_counts_only_with_all_its_tables(here: Path) 
     held(folder, fingerprint(scenario))
     stated = {"scenario": "one", "fingerprint": fingerprint(scenario), "tables": table_digests(folder)}
     (folder / "manifest.json").write_text(json.dumps(stated))
-    assert is_finished(folder, scenario)
+    assert has_result(folder, scenario)
     (folder / "places.csv").write_text("scenario\nby hand\n")
-    assert not is_finished(folder, scenario)
+    assert not has_result(folder, scenario)

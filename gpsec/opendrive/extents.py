@@ -11,7 +11,7 @@ import numpy as np
 
 from gpsec.core.arrays import Floats
 from gpsec.opendrive.netfile import NetLane, by_edge
-from gpsec.opendrive.ways import Part, Way, Ways
+from gpsec.opendrive.ways import Way, WayPiece, Ways
 
 # Of the longest lane of an edge; what is shorter says nothing of where the edge begins and ends.
 _SHARE_OF_LONGEST = 0.5
@@ -63,18 +63,18 @@ def extents(lanes: list[NetLane], ways: Ways) -> dict[int, Extent]:
     return found
 
 
-def _ends(part: Part, lane: NetLane) -> tuple[float, float]:
+def _ends(part: WayPiece, lane: NetLane) -> tuple[float, float]:
     """Return the stations at which a lane begins and ends."""
     return part.way.station(lane.points_m[0]), part.way.station(lane.points_m[-1])
 
 
-def _backwards(part: Part, lane: NetLane) -> float:
+def _backwards(part: WayPiece, lane: NetLane) -> float:
     """Return the length for which a lane runs against the way beside it."""
     begin, finish = _ends(part, lane)
     return part.way.along(begin) - part.way.along(finish)
 
 
-def _common(ends: list[tuple[float, float]], parts: list[Part], alone: bool) -> tuple[float, float]:
+def _common(ends: list[tuple[float, float]], parts: list[WayPiece], alone: bool) -> tuple[float, float]:
     """Return the stations at which all lanes of an edge begin and end.
 
     They are the medians of the lanes that have kept most of their length. Where none has any, it is all of the lane

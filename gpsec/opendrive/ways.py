@@ -69,7 +69,7 @@ class Way:
 
 
 @dataclass(frozen=True)
-class Part:
+class WayPiece:
     """The piece of a way over one lane of one lane section."""
 
     way: Way
@@ -82,7 +82,7 @@ class Ways:
     """The ways of a map through its roads, by the lanes that they run over ("road_lane")."""
 
     def __init__(self, lines: list[CentreLine]) -> None:
-        self._parts: dict[str, list[Part]] = {}
+        self._parts: dict[str, list[WayPiece]] = {}
         for path in paths(lines):
             points = np.concatenate([line.points_m for line in path])
             kept = spread_out(points, _SAME_PLACE_M)
@@ -90,10 +90,10 @@ class Ways:
             if way.length_m > _CLOSEST_M:
                 for line in path:
                     ends = sorted((float(line.station_m[0]), float(line.station_m[-1])))
-                    part = Part(way, shapely.LineString(line.points_m), *ends)
+                    part = WayPiece(way, shapely.LineString(line.points_m), *ends)
                     self._parts.setdefault(f"{line.road_id}_{line.lane_id}", []).append(part)
 
-    def beside(self, name: str, shape: Floats) -> Part | None:
+    def beside(self, name: str, shape: Floats) -> WayPiece | None:
         """Return the part of lane `name` that lies beside a shape, None where none does.
 
         Sections of a road may use one number for lanes that are not the same: the nearest section counts.

@@ -120,14 +120,14 @@ def run_scenarios(
 
 def _found(scenario: Scenario, work: Path, done: set[str], report: Report) -> bool:
     """Note a scenario that is there already, and return whether it is."""
-    if not is_finished(work / scenario.name, scenario):
+    if not has_result(work / scenario.name, scenario):
         return False
     done.add(scenario.name)
     report(Progress(scenario.name, stage=DONE))
     return True
 
 
-def is_finished(folder: Path, scenario: Scenario) -> bool:
+def has_result(folder: Path, scenario: Scenario) -> bool:
     """Return whether `folder` holds a whole run of the scenario that would come out the same again.
 
     Raises:

@@ -105,7 +105,7 @@ class Recording:
         )
 
 
-def record(source: TrafficSource, duration_s: float | None) -> Recording:
+def record_traffic(source: TrafficSource, duration_s: float | None) -> Recording:
     """Run `source` to its end or for `duration_s` and return all it gave; the source stays open."""
     frames = list(source.frames(duration_s))
     entered = [departure for frame in frames for departure in frame.departures]

@@ -19,7 +19,7 @@ from gpsec.pipeline.loop import Loop, LoopSettings
 from gpsec.sensors.profiles import SensorProfile, residual_sigma_m
 from gpsec.sensors.sense import Sensors
 from gpsec.traffic.options import resolve_options
-from gpsec.traffic.recording import RecordedTraffic, Recording, record
+from gpsec.traffic.recording import RecordedTraffic, Recording, record_traffic
 from gpsec.traffic.recordingfile import load_recording, on_net, save_recording
 from gpsec.traffic.session import SumoSession
 from gpsec.types.answers import Answers
@@ -27,12 +27,12 @@ from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Measurements, Vehicles
 
 
-def record_traffic(sumocfg: Path, seed: int, target: Path) -> None:
+def record_scenario(sumocfg: Path, seed: int, target: Path) -> None:
     """Simulate a scenario with every road vehicle equipped, and keep the truth in the file `target`."""
     options = resolve_options(sumocfg, seed=seed)
     hd_map = load_map(options.net_file, ())
     with SumoSession(options, hd_map.lane_index, lambda departure: True) as session:
-        recording = record(session, None)
+        recording = record_traffic(session, None)
     save_recording(recording, target, on_net(options.net_file, len(hd_map.lane_ids)))
 
 

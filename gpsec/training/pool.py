@@ -96,7 +96,7 @@ class Pool:
         self._drain(queue, 0.0)
 
 
-def tell(name: str, stage: str, done: int, total: int) -> None:
+def tell_progress(name: str, stage: str, done: int, total: int) -> None:
     """Say in a process of a pool how far it is."""
     if _told is not None:
         _told.put((name, stage, done, total))

@@ -16,8 +16,8 @@ from gpsec.scenario.outside import load_parts
 from gpsec.scenario.parts import use
 from gpsec.sensors.registry import PROFILES
 from gpsec.traffic.options import resolve_options
-from gpsec.training.collect import record_traffic, recorded_traffic, residual_log
-from gpsec.training.pool import Pool, TrainingProgress, tell
+from gpsec.training.collect import record_scenario, recorded_traffic, residual_log
+from gpsec.training.pool import Pool, TrainingProgress, tell_progress
 
 # None of these is among the networks that results are reported on.
 NETWORKS = ("mountain", "suburb", "beltway")
@@ -142,7 +142,7 @@ def _train(wanted: Wanted, out: Path, seed: int, pool: Pool) -> list[Job]:
     pool.run(
         "traffic",
         [
-            (network, record_traffic, (configs[network], traffic_seed, folder / f"{network}-{traffic_seed}.npz"))
+            (network, record_scenario, (configs[network], traffic_seed, folder / f"{network}-{traffic_seed}.npz"))
             for network in networks
             for traffic_seed in seeds
         ],
@@ -182,13 +182,13 @@ def train_job(job: Job) -> ProfileModel:
         runs = [(network, seed) for seed in seeds for network in job.nets]
         collected = []
         for done, (network, seed) in enumerate(runs):
-            tell(job.name, "sensing", done, len(runs))
+            tell_progress(job.name, "sensing", done, len(runs))
             recording = recorded_traffic(job.folder / f"{network}-{seed}.npz", job.nets[network])
             collected.append(residual_log(recording, job.nets[network], network, profile, job.matching, seed))
         return collected
 
     def progress(stage: str, done: int, total: int) -> None:
-        tell(job.name, stage, done, total)
+        tell_progress(job.name, stage, done, total)
 
     training, calibration = logs(job.training_seed), logs(*job.calibration_seeds)
     return train_one(training, calibration, job.seed, SETTLE_S, progress, detectors=job.detectors)

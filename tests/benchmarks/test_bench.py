@@ -16,7 +16,7 @@ from benchmarks.store import FigureStore
 from benchmarks.synthetic_traffic import SyntheticTraffic, everybody
 from gpsec.hdmap.map import load_map
 from gpsec.traffic.options import resolve_options
-from gpsec.traffic.recording import Recording, record
+from gpsec.traffic.recording import Recording, record_traffic
 from gpsec.traffic.session import SumoSession
 from sumo_nets.demand import Demand
 
@@ -36,7 +36,7 @@ def hamlet(tmp_path_factory: pytest.TempPathFactory) -> Any:
 def recording(hamlet: City) -> Recording:
     options = resolve_options(hamlet.sumocfg, seed=1)
     with SumoSession(options, load_map(options.net_file, ()).lane_index, everybody) as session:
-        return record(session, 8.0)
+        return record_traffic(session, 8.0)
 
 
 def test_the_city_has_signals_priority_junctions_curves_and_roads_of_one_to_three_lanes(hamlet):

@@ -9,7 +9,7 @@ import sumo
 from gpsec import cli
 from gpsec.hdmap.map import load_map
 from gpsec.traffic.options import resolve_options
-from gpsec.traffic.recording import record
+from gpsec.traffic.recording import record_traffic
 from gpsec.traffic.recordingfile import on_net, save_recording
 from gpsec.traffic.session import SumoSession
 from tests.bad_input.worlds import CAR, FLOW, config, routes
@@ -64,6 +64,6 @@ def make(folder: Path) -> Material:
     options = resolve_options(scenario / "run.sumocfg", seed=1)
     lanes = load_map(net, ()).lane_index
     with SumoSession(options, lanes, lambda departure: True) as session:
-        save_recording(record(session, 15.0), traffic, on_net(net, len(lanes)))
+        save_recording(record_traffic(session, 15.0), traffic, on_net(net, len(lanes)))
     files = {str(path.relative_to(run)): path.read_bytes() for path in sorted(run.rglob("*")) if path.is_file()}
     return Material(net.read_bytes(), files, traffic.read_bytes())

@@ -27,7 +27,7 @@ from gpsec.pipeline.loop import Loop, LoopSettings
 from gpsec.scenario import load_scenario
 from gpsec.sensors.profiles import residual_sigma_m
 from gpsec.sensors.registry import PROFILES
-from gpsec.traffic.recording import Recording, record
+from gpsec.traffic.recording import Recording, record_traffic
 from gpsec.traffic.session import SumoSession
 from gpsec.traffic.source import Frame
 from gpsec.types.method import Method
@@ -94,7 +94,7 @@ def record_drive(
     traffic = scenario.traffic.model_copy(update={"step_s": step_s})
     ground = lay_ground(scenario.model_copy(update={"fleet": fleet, "traffic": traffic}))
     with SumoSession(ground.options, ground.hd_map.lane_index, lambda departure: True) as session:
-        return Drive(ground, record(session, duration_s))
+        return Drive(ground, record_traffic(session, duration_s))
 
 
 def learned_for(seed: int) -> dict[str, Learned]:

@@ -10,7 +10,7 @@ from gpsec.pipeline import run as loop
 from gpsec.pipeline.build import lay_ground
 from gpsec.scenario import Scenario, load_scenario
 from gpsec.scenario.overrides import parse_set
-from gpsec.traffic.recording import RecordedTraffic, Recording, record
+from gpsec.traffic.recording import RecordedTraffic, Recording, record_traffic
 from gpsec.traffic.session import SumoSession
 
 DURATION_S = 45.0
@@ -56,7 +56,7 @@ def traffic(town: Scenario) -> Traffic:
     ground = lay_ground(town)
     with SumoSession(ground.options, ground.hd_map.lane_index, ground.choice.equipped) as session:
         zones = session.zones(zone_keys())
-        return Traffic(record(session, DURATION_S), zones)
+        return Traffic(record_traffic(session, DURATION_S), zones)
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from gpsec.core.tables import Table
 from gpsec.pipeline.build import lay_ground
 from gpsec.scenario import load_scenario
 from gpsec.traffic.body import advance, axle_distance
-from gpsec.traffic.recording import Recording, record
+from gpsec.traffic.recording import Recording, record_traffic
 from gpsec.traffic.session import SumoSession
 from gpsec.types.vehicles import Vehicles
 
@@ -71,7 +71,7 @@ def final_errors_m(journey: Journey, step_s: float) -> np.ndarray:
 def measure(folder: Path, duration_s: float) -> np.ndarray:
     ground = lay_ground(load_scenario(folder))
     with SumoSession(ground.options, ground.hd_map.lane_index, lambda departure: True) as session:
-        recording = record(session, duration_s)
+        recording = record_traffic(session, duration_s)
     step_s = float(recording.step_s[0])
     return np.concatenate([final_errors_m(journey, step_s) for journey in journeys(recording)])
 

@@ -14,7 +14,7 @@ from gpsec.core.threads import Threads
 from gpsec.outcomes import tables as tables_of_a_run
 from gpsec.pipeline import run as loop
 from gpsec.scenario import Scenario
-from gpsec.traffic.recording import Recording, record
+from gpsec.traffic.recording import Recording, record_traffic
 from gpsec.traffic.source import Frame
 
 from .conftest import PLANS, WHEN, Traffic, with_plans
@@ -127,7 +127,7 @@ def renumbered(recording: Recording) -> Recording:
         def close(self) -> None:
             """Nothing to do."""
 
-    return record(Renumbered(), None)
+    return record_traffic(Renumbered(), None)
 
 
 def test_the_order_of_rows_does_not_matter(baseline, town, traffic, replay, go):
@@ -229,7 +229,7 @@ class Nobody:
 
 @pytest.mark.parametrize(("on_road", "sentence"), [(0, "no vehicle departs"), (7, "no vehicle is equipped")])
 def test_a_run_without_a_fleet_is_refused(town, replay, go, on_road, sentence):
-    replay(Traffic(record(Nobody(on_road), None), []))
+    replay(Traffic(record_traffic(Nobody(on_road), None), []))
     with pytest.raises(GpsecError, match=rf"town\.sumocfg: {sentence}"):
         go(town)
 

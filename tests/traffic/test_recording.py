@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gpsec.traffic.options import resolve_options
-from gpsec.traffic.recording import RecordedTraffic, record
+from gpsec.traffic.recording import RecordedTraffic, record_traffic
 from gpsec.traffic.recordingfile import OnNet, load_recording, on_net, save_recording
 from gpsec.traffic.session import SumoSession
 from gpsec.traffic.source import Departure, Frame
@@ -54,7 +54,7 @@ def assert_same(found, expected):
 @pytest.fixture
 def saved(tmp_path):
     path = tmp_path / "made.npz"
-    save_recording(record(Made(), None), path, NET)
+    save_recording(record_traffic(Made(), None), path, NET)
     return path
 
 
@@ -72,7 +72,7 @@ def test_replay_of_sumo_is_byte_identical(scenario, lane_index, tmp_path):
     with SumoSession(options, lane_index, lambda departure: departure.vehicle_id != "f.2") as session:
         frames = list(session.frames(40.0))
     with SumoSession(options, lane_index, lambda departure: departure.vehicle_id != "f.2") as session:
-        recording = record(session, 40.0)
+        recording = record_traffic(session, 40.0)
     net = on_net(options.net_file, len(lane_index))
     save_recording(recording, tmp_path / "sumo.npz", net)
     assert_same(list(RecordedTraffic(load_recording(tmp_path / "sumo.npz", net)).frames()), frames)
@@ -97,5 +97,5 @@ def test_recording_without_frames(tmp_path):
         def frames(self, duration_s=None):
             return iter(())
 
-    save_recording(record(Nothing(), None), tmp_path / "none.npz", NET)
+    save_recording(record_traffic(Nothing(), None), tmp_path / "none.npz", NET)
     assert list(RecordedTraffic(load_recording(tmp_path / "none.npz", NET)).frames()) == []

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from gpsec.core.errors import GpsecError
 from gpsec.core.version import __version__
-from gpsec.traffic.recording import RecordedTraffic, Recording, record
+from gpsec.traffic.recording import RecordedTraffic, Recording, record_traffic
 from gpsec.traffic.recordingfile import OnNet, load_recording, on_net, save_recording
 
 from .test_recording import NET, Made, assert_same, saved
@@ -20,7 +20,7 @@ __all__ = ["saved"]
 
 
 def test_save_replaces_a_recording_and_leaves_nothing_else(saved):
-    save_recording(record(Made(), None), saved, NET)
+    save_recording(record_traffic(Made(), None), saved, NET)
     assert [path.name for path in saved.parent.iterdir()] == [saved.name]
 
 
@@ -163,7 +163,7 @@ VALUES = st.sampled_from([-(2**31), -1, 0, 1, 2, 3, 49, 50, 2**30, 2**31 - 1, 0.
 @settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data(), name=st.sampled_from(NAMES), value=VALUES)
 def test_a_value_that_was_changed_can_be_replayed_or_is_refused(saved, data, name, value):
-    array = getattr(record(Made(), None), name).copy()
+    array = getattr(record_traffic(Made(), None), name).copy()
     how = data.draw(st.sampled_from(["value", "type", "shape", "length"]))
     at = data.draw(st.integers(0, max(array.size - 1, 0)))
     with np.errstate(all="ignore"):
@@ -177,7 +177,7 @@ def test_a_value_that_was_changed_can_be_replayed_or_is_refused(saved, data, nam
             array = array[: len(array) // 2] if at % 2 else np.concatenate([array, array])
     changed(saved, **{name: array})
     found = loaded_or_refused(saved)
-    save_recording(record(Made(), None), saved, NET)
+    save_recording(record_traffic(Made(), None), saved, NET)
     if found is not None:
         driving: set[int] = set()
         for frame in RecordedTraffic(found).frames():

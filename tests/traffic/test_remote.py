@@ -11,7 +11,7 @@ from gpsec.attacks.zones import zone_keys
 from gpsec.core.errors import GpsecError, MachineError
 from gpsec.traffic import remote
 from gpsec.traffic.options import resolve_options
-from gpsec.traffic.recording import record
+from gpsec.traffic.recording import record_traffic
 from gpsec.traffic.remote import RemoteSession
 from gpsec.traffic.ring import Head
 from gpsec.traffic.session import SumoSession
@@ -47,10 +47,10 @@ def nobody_called_f(departure):
 def test_frames_are_those_of_the_session_to_the_byte(scenario, lane_index, equip, capacity):
     options = resolve_options(scenario(FLOWS), seed=3)
     with SumoSession(options, lane_index, equip) as session:
-        here = record(session, 50.0)
+        here = record_traffic(session, 50.0)
         others = session.traffic_only
     with RemoteSession(options, lane_index, equip, capacity) as session:
-        there = record(session, 50.0)
+        there = record_traffic(session, 50.0)
         assert session.sumo_s > 0.0
         assert session.read_s > 0.0
         assert session.traffic_only == others == {"bicycle": 2}

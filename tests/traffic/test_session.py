@@ -10,7 +10,7 @@ import sumo
 from gpsec.core.errors import GpsecError
 from gpsec.core.geo import yaw_from_sumo_angle
 from gpsec.traffic.options import resolve_options
-from gpsec.traffic.recording import record
+from gpsec.traffic.recording import record_traffic
 from gpsec.traffic.session import SumoSession
 
 from .helpers import CAR, ROUTE, TRIP, listing, names
@@ -57,7 +57,7 @@ def test_same_seed_same_bytes_and_another_seed_another_traffic(scenario, lane_in
     recordings = []
     for seed in (1, 1, 2):
         with SumoSession(resolve_options(config, seed=seed), lane_index, lambda departure: True) as session:
-            recordings.append(record(session, 30.0))
+            recordings.append(record_traffic(session, 30.0))
     first, second, third = (recording.front_m.tobytes() for recording in recordings)
     assert first == second
     assert first != third

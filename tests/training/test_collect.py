@@ -7,7 +7,7 @@ import pytest
 from gpsec.detection.logs import Grid, ResidualLog
 from gpsec.sensors.registry import PROFILES
 from gpsec.traffic.recording import Recording
-from gpsec.training.collect import record_traffic, recorded_traffic, residual_log
+from gpsec.training.collect import record_scenario, recorded_traffic, residual_log
 
 # Three lanes, straight; some 250 vehicles that overtake each other.
 NODES = 'id="a" x="0" y="0"\nid="b" x="1500" y="400"'
@@ -35,7 +35,7 @@ def recordings(net, tmp_path_factory) -> list[Path]:
     config.write_text(f'<configuration><input>{inputs}</input><time><end value="200"/></time></configuration>')
     files = [folder / f"{number}.npz" for number in range(2)]
     for file in files:
-        record_traffic(config, 5, file)
+        record_scenario(config, 5, file)
     return files
 
 
