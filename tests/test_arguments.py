@@ -11,13 +11,16 @@ from pathlib import Path
 import pytest
 
 import gpsec
+from gpsec.console.commands import app
 
 PACKAGE = Path(gpsec.__file__).parent
 MOST = 8
 
 
 def test_no_function_takes_more_than_eight_arguments() -> None:
-    assert long_ones() == {}
+    commands = [info.callback for info in app.registered_commands]
+    options = {f"{made.__module__.removeprefix('gpsec.')}.{made.__name__}" for made in commands if made is not None}
+    assert {name: count for name, count in long_ones().items() if name not in options} == {}
 
 
 @pytest.mark.parametrize(
@@ -29,12 +32,10 @@ def test_no_function_takes_more_than_eight_arguments() -> None:
         ("class C:\n    @classmethod\n    def f(cls, a, b): ...", 2),
         ("class C:\n    @staticmethod\n    def f(a): ...", 1),
         ("def outer():\n    def f(a, b, c): ...", 3),
-        ("@app.command()\ndef f(a, b): ...", None),
-        ("@tools.command('x')\ndef f(a, b): ...", None),
     ],
 )
-def test_arguments_are_counted(text: str, count: int | None) -> None:
-    assert dict(counted(ast.parse(text))).get("f") == count
+def test_arguments_are_counted(text: str, count: int) -> None:
+    assert dict(counted(ast.parse(text)))["f"] == count
 
 
 def long_ones() -> dict[str, int]:
@@ -51,14 +52,6 @@ def long_ones() -> dict[str, int]:
 def counted(tree: ast.Module) -> Iterator[tuple[str, int]]:
     """Yield name and number of arguments of every function, without `self` and `cls`, and without ``*all``."""
     for node in ast.walk(tree):
-        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and not any(map(_is_command, node.decorator_list)):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
             names = [argument.arg for argument in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs)]
             yield node.name, len(names) - (names[:1] in (["self"], ["cls"]))
-
-
-def _is_command(decorator: ast.expr) -> bool:
-    return (
-        isinstance(decorator, ast.Call)
-        and isinstance(decorator.func, ast.Attribute)
-        and decorator.func.attr == "command"
-    )

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gpsec.core.tables import Slots, Table, blank
+from gpsec.core.tables import Slots, Table, blank, concatenated, taken
 from gpsec.types.answers import Answers
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Measurements, Vehicles
@@ -96,19 +96,29 @@ def test_a_table_that_has_grown_is_like_one_that_was_made_bigger(structure):
         assert (one.dtype, one.tobytes()) == (other.dtype, other.tobytes())
 
 
+def test_rows_are_taken_and_put_together_in_structures_of_structures():
+    one, two = Table(Both, 3, side=1).now, Table(Both, 1, side=1).now
+    one.own[:], one.pair.number[:], two.pair.number[:] = [1.0, 2.0, 3.0], [4, 5, 6], [9]
+    some, other = taken(one, rows(2, 0)), taken(one, np.array([False, True, False]))
+    assert (some.own.tolist(), some.pair.number.tolist(), other.own.tolist()) == ([3.0, 1.0], [6, 4], [2.0])
+    some.own[:] = 0.0
+    assert one.own.tolist() == [1.0, 2.0, 3.0]
+    assert concatenated([some, two, other]).pair.number.tolist() == [6, 4, 9, 5]
+
+
 @given(st.lists(st.one_of(st.none(), st.integers(0, 30)), max_size=80))
 def test_slots_hand_out_the_lowest_free_row(orders):
     """None takes a row, a number gives back that of the rows in use."""
-    slots, taken, highest = Slots(), set(), 0
+    slots, in_use, highest = Slots(), set(), 0
     for order in orders:
         if order is None:
             row = slots.take()
-            assert row == next(number for number in range(len(taken) + 1) if number not in taken)
-            taken.add(row)
-        elif taken:
-            row = sorted(taken)[order % len(taken)]
+            assert row == next(number for number in range(len(in_use) + 1) if number not in in_use)
+            in_use.add(row)
+        elif in_use:
+            row = sorted(in_use)[order % len(in_use)]
             slots.give_back(row)
-            taken.remove(row)
-        highest = max(highest, len(taken))
-        assert all(row < slots.used for row in taken)
+            in_use.remove(row)
+        highest = max(highest, len(in_use))
+        assert all(row < slots.used for row in in_use)
     assert slots.used == highest

@@ -14,7 +14,7 @@ structure too, which several others have in common: ``memory: Memory = Memory()`
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from heapq import heappop, heappush
 from typing import Any, Generic, NamedTuple, TypeVar, cast
 
@@ -107,12 +107,15 @@ class Table(Generic[T]):
 
 def taken(structure: T, rows: Ints | Flags) -> T:
     """Return a copy of some rows of a structure of arrays (numbers, or one flag a row)."""
-    return structure._make(array[rows] for array in structure)
+    made: T = _like(structure, (array[rows] for array in _leaves(structure)))
+    return made
 
 
 def concatenated(structures: Sequence[T]) -> T:
     """Return the rows of one or more structures of arrays, one after the other."""
-    return structures[0]._make(np.concatenate(arrays) for arrays in zip(*structures, strict=True))
+    columns = zip(*map(_leaves, structures), strict=True)
+    made: T = _like(structures[0], (np.concatenate(arrays) for arrays in columns))
+    return made
 
 
 def _leaves(structure: Any) -> Iterator[Any]:
@@ -127,48 +130,6 @@ def _leaves(structure: Any) -> Iterator[Any]:
 def _like(structure: Any, values: Iterator[Any]) -> Any:
     """Return a structure like another one whose fields hold `values`."""
     return structure._make(_like(value, values) if isinstance(value, tuple) else next(values) for value in structure)
-
-
-class Rows:
-    """Base of every structure of arrays: a dataclass whose fields are arrays with the row as first axis.
-
-    A subclass is created with its initial values in every row; a row that is reset gets those of row 0 at creation.
-    """
-
-    def __post_init__(self) -> None:
-        self._names = [field.name for field in fields(self)]  # type: ignore[arg-type]
-        self._blank = {name: array[:1].copy() for name, array in self._arrays()}
-
-    def _arrays(self) -> list[tuple[str, np.ndarray]]:
-        return [(name, getattr(self, name)) for name in self._names]
-
-    @property
-    def capacity(self) -> int:
-        """Number of rows that there is room for."""
-        return len(self._arrays()[0][1])
-
-    def grow(self, capacity: int) -> None:
-        """Make room for `capacity` rows; the new ones hold initial values."""
-        for name, array in self._arrays():
-            rows = len(array)
-            if rows >= capacity:
-                continue
-            # Zeros take no memory until something is written to them.
-            grown = np.zeros((capacity, *array.shape[1:]), array.dtype)
-            grown[:rows] = array
-            if self._blank[name].any():
-                grown[rows:] = self._blank[name]
-            setattr(self, name, grown)
-
-    def reset(self, rows: Ints) -> None:
-        """Give `rows` their initial values again."""
-        for name, array in self._arrays():
-            array[rows] = self._blank[name]
-
-    def copy(self, source: Ints, target: Ints) -> None:
-        """Copy the rows `source` onto the rows `target`, pair by pair."""
-        for _, array in self._arrays():
-            array[target] = array[source]
 
 
 class Slots:

@@ -5,7 +5,7 @@ from typing import Any
 
 from gpsec.core.arrays import Ints
 from gpsec.core.stopwatch import Stopwatch
-from gpsec.core.tables import Rows, Table
+from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
 from gpsec.detection.base import Detection, LabelledDetector, Observation
 from gpsec.detection.pairing import Pending
@@ -40,7 +40,7 @@ class BatchedMethod:
         """What was found in the last step."""
         return self._answers.now
 
-    def _states(self) -> Sequence[Rows | Table[Any] | LocalizationState]:
+    def _states(self) -> Sequence[Table[Any] | LocalizationState]:
         return [
             self._answers,
             self._pending,

@@ -64,7 +64,8 @@ class Scene:
         self.tracks.vehicle[:] = np.arange(capacity)
         self.tracks.settled[:] = True
         self.answers = Table(Answers, capacity, detectors=k, defences=d).now
-        self.statistic, self.scored, self.alarm, self.estimate_m, self.isolated = self.answers
+        self.statistic, self.scored, self.alarm = self.answers.statistic, self.answers.scored, self.answers.alarm
+        self.estimate_m, self.isolated = self.answers.estimate_m, self.answers.isolated
         self.scored[:] = True
 
     @property
