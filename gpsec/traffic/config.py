@@ -89,9 +89,16 @@ def is_file(path: Path) -> bool:
         return False
 
 
+def _is_folder(path: Path) -> bool:
+    try:
+        return path.is_dir()
+    except OSError:
+        return False
+
+
 def missing_file(config: SumoConfig, key: str, path: Path) -> GpsecError:
     """Return the error for a `path` under `key` at which there is no file."""
-    what = "is a folder: expected a file" if path.is_dir() else f"does not exist{_nearby(path)}"
+    what = "is a folder: expected a file" if _is_folder(path) else f"does not exist{_nearby(path)}"
     return GpsecError(f"{config.path}: {key} names '{shown(path)}', which {what}")
 
 
