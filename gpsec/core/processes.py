@@ -6,12 +6,14 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from multiprocessing import parent_process, resource_tracker
+from multiprocessing import current_process, parent_process, resource_tracker
 from multiprocessing.connection import wait
 from multiprocessing.context import SpawnContext, SpawnProcess
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
+
+from gpsec.core.errors import GpsecError
 
 # There is a process for every core; more threads in libraries would only fight over them.
 _ONE_THREAD = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMEXPR_NUM_THREADS")
@@ -47,6 +49,19 @@ class _Spawn(SpawnContext):
 
 SPAWN = _Spawn()
 """Context of all processes whose work is gpsec's own: no function of the program's main module can be sent there."""
+
+
+def check_may_start() -> None:
+    """Check that this process may start others.
+
+    Raises:
+        GpsecError: it is one that may not, such as those of `multiprocessing.Pool`.
+    """
+    if current_process().daemon:
+        raise GpsecError(
+            "gpsec starts processes, which one of multiprocessing.Pool may not: expected a thread, or a process of "
+            "concurrent.futures.ProcessPoolExecutor"
+        )
 
 
 def start(process: BaseProcess) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from gpsec.core.errors import GpsecError
+from gpsec.core.processes import check_may_start
 from gpsec.core.progress import Progress, Report
 from gpsec.running.batch import claimed
 from gpsec.running.checking import Checked, check_scenario
@@ -55,6 +56,7 @@ def check(scenario: Scenario | Path | str, *, allow_code: bool = False, **overri
     Raises:
         GpsecError: something of it is wrong.
     """
+    check_may_start()
     return check_scenario(read_scenario(scenario, allow_code=allow_code, **overrides))
 
 
@@ -88,6 +90,7 @@ def run(
         MachineError: a disk is full, SUMO has crashed, or gpsec has a fault; its notes have the last output.
         KeyboardInterrupt: the user has had enough; the folder is as it was.
     """
+    check_may_start()
     wanted = read_scenario(scenario, allow_code=allow_code, **overrides)
     out = resolved(Path(folder))
     with claimed({out: [wanted]}, overwrite=overwrite, resume=resume) as batch:

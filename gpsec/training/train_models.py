@@ -7,6 +7,7 @@ from pathlib import Path
 
 from gpsec.core import shipped
 from gpsec.core.errors import GpsecError, nearest, shown
+from gpsec.core.processes import check_may_start
 from gpsec.core.threads import cores
 from gpsec.detection.logs import ResidualLog
 from gpsec.detection.models import MATCHINGS, ProfileModel, bundled, load_models, save
@@ -121,6 +122,7 @@ def train(
         GpsecError: there is no such network, profile or detector, a part cannot be loaded, or `out` holds something
             else than models.
     """
+    check_may_start()
     try:
         loaded = load_parts(parts, Path(), allow_code=True)
     except ValueError as error:

@@ -1,5 +1,6 @@
 """What `import gpsec` offers does what the command line does, and prints nothing."""
 
+import multiprocessing
 import subprocess
 import sys
 from pathlib import Path
@@ -113,3 +114,15 @@ def test_all_that_is_offered_is_there() -> None:
     assert set(gpsec.__all__) <= set(dir(gpsec))
     with pytest.raises(AttributeError, match="no attribute 'rnu'"):
         gpsec.rnu  # noqa: B018
+
+
+def test_a_process_that_may_start_no_others_says_so(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(multiprocessing.current_process()._config, "daemon", True)  # type: ignore[attr-defined]
+    for call in (
+        lambda: gpsec.run("slow_curve", "out"),
+        lambda: gpsec.check("slow_curve"),
+        lambda: gpsec.train("models"),
+    ):
+        with pytest.raises(gpsec.GpsecError, match=r"multiprocessing\.Pool may not: expected a thread"):
+            call()
+    assert list(here.iterdir()) == []
