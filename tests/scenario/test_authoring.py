@@ -29,7 +29,7 @@ def test_there_are_four_pictures_and_no_others_lie_about() -> None:
 
 
 def test_every_class_that_is_equipped_is_listed() -> None:
-    [listed] = re.findall(r"Equipped are .*?the classes (.*?)\.\n", PAGE, re.DOTALL)
+    [listed] = re.findall(r"Equipped are .*?the classes (.*?)\.\s", PAGE, re.DOTALL)
     assert set(re.findall(r"`(\w+)`", listed)) == ROAD_CLASSES
 
 
