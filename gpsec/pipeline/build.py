@@ -20,8 +20,10 @@ from gpsec.localization.registry import RESPONSES
 from gpsec.localization.rejoin import SwitchSettings
 from gpsec.localization.switch import Localization
 from gpsec.localization.world import World
+from gpsec.pipeline.batched import BatchedMethod
 from gpsec.pipeline.filter_noise import filter_noise
 from gpsec.pipeline.fleet_choice import FleetChoice, run_profiles
+from gpsec.pipeline.loop import LoopSettings
 from gpsec.scenario import Scenario
 from gpsec.scenario.choices import BOUNDS
 from gpsec.scenario.parts import use
@@ -33,6 +35,7 @@ from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.vehicle_attacks import carried_attacks
 from gpsec.traffic.vehicletypes import check_type_names, named_sensors
 from gpsec.traffic.zones import ZoneSource
+from gpsec.types.method import Method
 
 
 @dataclass(frozen=True)
@@ -129,3 +132,26 @@ def make_plans(scenario: Scenario, session: ZoneSource) -> list[Plan]:
     inputs = (*session.options.additional_files, *session.options.route_files)
     carried = plans_from_vehicles(carried_attacks(inputs))
     return build_plans(scenario.plans, drawn, carried, config_file=scenario.name, zone_file=files)
+
+
+def loop_settings(scenario: Scenario, ground: Ground, step_s: float) -> LoopSettings:
+    """Return what the loop needs to know of a scenario whose simulation takes steps of `step_s`."""
+    return LoopSettings(
+        seed=scenario.seed,
+        step_s=step_s,
+        origin_s=ground.options.begin_s + step_s,
+        settle_s=scenario.fleet.settle_s,
+        hd_map=ground.hd_map,
+        sensors=ground.sensors,
+        profile_of=ground.choice.profile,
+    )
+
+
+def make_method(scenario: Scenario, ground: Ground, detection: Detection) -> Method:
+    """Return the engine that the scenario asks for."""
+    localization = make_localization(scenario, ground.world, detection.names)
+    if scenario.engine == "reference":
+        from gpsec.reference.method import ReferenceMethod
+
+        return ReferenceMethod(ground.hd_map, ground.world, detection, localization)
+    return BatchedMethod(ground.world, detection, localization)

@@ -1,4 +1,4 @@
-"""What a user should know of vehicles that do not fit their lanes, or become many rows."""
+"""What a user should know of a run: of its net and its steps, and of vehicles that do not fit or become many rows."""
 
 from collections import Counter
 from collections.abc import Iterator
@@ -11,9 +11,11 @@ from gpsec.outcomes.events import ClosedTracks
 from gpsec.outcomes.recorder import Outcomes
 from gpsec.outcomes.state import OUT_OF_LANE
 from gpsec.outcomes.study import Study
+from gpsec.pipeline.build import Ground
 from gpsec.pipeline.loop import Loop
 from gpsec.pipeline.manifest import Counts
 from gpsec.traffic.source import Frame
+from gpsec.types.tracks import SAMPLE_S
 from gpsec.types.vehicles import Vehicles
 
 # Where more than this share of the rows are further ones of the same vehicles, counts of rows mislead.
@@ -110,3 +112,19 @@ class Remarks:
 
 def _part(some: int, of: int) -> str:
     return f"{some} of {of} vehicles ({some / max(of, 1):.0%})"
+
+
+def beforehand(ground: Ground) -> list[str]:
+    """Return what the user should know of a run that is valid but unusual."""
+    said = []
+    if ground.options.step_s > SAMPLE_S + 1e-9:
+        said.append(
+            f"thresholds were calibrated for a residual every {SAMPLE_S:g} s, this run has one every"
+            f" {ground.options.step_s:g} s: false-alarm rates will differ"
+        )
+    if stretched := ground.hd_map.stretched:
+        said.append(
+            f"{len(stretched)} lanes, such as '{shown(stretched[0])}', have a shape more than a tenth longer or shorter"
+            " than their length: vehicles are faster or slower there than SUMO says"
+        )
+    return said

@@ -1,6 +1,6 @@
 """The one loop: traffic, truth, sensors, attacks, residual, detectors, filters, outcomes."""
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -22,21 +22,18 @@ from gpsec.outcomes.steps import StepLog
 from gpsec.outcomes.study import Study
 from gpsec.outcomes.tables import STEP_LOG
 from gpsec.outcomes.view import StepView
-from gpsec.pipeline.batched import BatchedMethod
-from gpsec.pipeline.build import Ground, lay_ground, make_detection, make_localization, make_plans
+from gpsec.pipeline.build import Ground, lay_ground, loop_settings, make_detection, make_method, make_plans
 from gpsec.pipeline.fleet_choice import Few
-from gpsec.pipeline.loop import Loop, LoopSettings
+from gpsec.pipeline.loop import Loop
 from gpsec.pipeline.manifest import Counts, write_manifest
 from gpsec.pipeline.mapfile import write_map
-from gpsec.pipeline.remarks import Remarks
+from gpsec.pipeline.remarks import Remarks, beforehand
 from gpsec.scenario import Scenario
 from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.remote import RemoteSession
 from gpsec.traffic.source import Equip, TrafficSource
 from gpsec.traffic.stderr import input_warnings
 from gpsec.traffic.zones import ZoneSource
-from gpsec.types.method import Method
-from gpsec.types.tracks import SAMPLE_S
 from gpsec.types.vehicles import Identity
 
 
@@ -131,12 +128,12 @@ class _Run:
         self.logged: set[str] = set()  # vehicles whose steps are in the log, where only some are
         self.notes: list[str] = []
         self.first_s: float | None = None  # when somebody was on the road for the first time
-        for note in (*ground.options.notes, *_warnings(ground)):
+        for note in (*ground.options.notes, *beforehand(ground)):
             self._say(note)
         plans = self.plans = make_plans(scenario, session)
         defences = [(defence.detector, defence.response) for defence in scenario.defences]
         names = [NO_ATTACK, *(plan.name for plan in plans)]
-        method = _method(scenario, ground, detection)
+        method = make_method(scenario, ground, detection)
         study = Study(
             tuple(names),
             detection.names,
@@ -156,15 +153,7 @@ class _Run:
             log = StepLog(path, names, detection.names, defences, hd_map.lane_ids, hd_map.projector)
             self.log = stack.enter_context(log)
         self.method = method
-        settings = LoopSettings(
-            seed=scenario.seed,
-            step_s=session.step_s,
-            origin_s=ground.options.begin_s + session.step_s,
-            settle_s=scenario.fleet.settle_s,
-            hd_map=ground.hd_map,
-            sensors=ground.sensors,
-            profile_of=ground.choice.profile,
-        )
+        settings = loop_settings(scenario, ground, session.step_s)
         self.loop = Loop(settings, plans, method, self.outcomes, self.threads, self.watch)
 
     def go(self, began: float) -> None:
@@ -197,7 +186,8 @@ class _Run:
         self._check_not_empty()
         loop.finish()
         self.report(Progress(scenario.name, stage="writing tables"))
-        self._say_what_did_not_happen()
+        for note in (*self._what_did_not_happen(), *self.remarks.sentences(self.counts, self.outcomes)):
+            self._say(note, "writing tables")
         self.watch.start()
         settings = scenario.outcomes
         self.outcomes.write(
@@ -233,28 +223,24 @@ class _Run:
         self.notes.append(note)
         self.report(Progress(self.scenario.name, stage=stage, note=note))
 
-    def _say_what_did_not_happen(self) -> None:
+    def _what_did_not_happen(self) -> Iterator[str]:
         begin_s, asked_s = self.ground.options.begin_s, self.scenario.duration_s
         if asked_s is not None and self.first_s is not None and self.first_s - begin_s > asked_s + self.session.step_s:
-            self._say(
+            yield (
                 f"nobody departed in the first {asked_s:g} s; they count from the first departure, at"
-                f" {self.first_s:g} s (traffic.begin_s = {self.first_s // 1:g} begins there)",
-                "writing tables",
+                f" {self.first_s:g} s (traffic.begin_s = {self.first_s // 1:g} begins there)"
             )
         if others := self.session.traffic_only:
             said = ", ".join(f"{count} of class {name}" for name, count in sorted(others.items()))
-            self._say(f"traffic only, never equipped: {said}", "writing tables")
+            yield f"traffic only, never equipped: {said}"
         idle = [plan.name for plan, begun in zip(self.plans, self.loop.attacks, strict=True) if begun == 0]
         if idle:
-            self._say(
+            yield (
                 f"no vehicle was attacked under {', '.join(idle)}: an attack begins when a vehicle has settled"
-                f" ({self.scenario.fleet.settle_s:g} s) and its window has come, or in its zone",
-                "writing tables",
+                f" ({self.scenario.fleet.settle_s:g} s) and its window has come, or in its zone"
             )
         if absent := sorted(set(self.scenario.log_vehicles) - self.logged):
-            self._say(f"no steps of {shown(', '.join(absent))}: no such vehicle in this run", "writing tables")
-        for sentence in self.remarks.sentences(self.counts, self.outcomes):
-            self._say(sentence, "writing tables")
+            yield f"no steps of {shown(', '.join(absent))}: no such vehicle in this run"
 
     def _observe(self, step: int, time_s: float) -> None:
         loop, answers = self.loop, self.method.answers
@@ -296,28 +282,3 @@ class _Run:
                 f" expected a larger fleet.equipped_share (it is {self.scenario.fleet.equipped_share:g}) or"
                 " gpsec.equipped of their types, a longer run, or vehicles of road classes"
             )
-
-
-def _warnings(ground: Ground) -> list[str]:
-    """Return what the user should know of a run that is valid but unusual."""
-    said = []
-    if ground.options.step_s > SAMPLE_S + 1e-9:
-        said.append(
-            f"thresholds were calibrated for a residual every {SAMPLE_S:g} s, this run has one every"
-            f" {ground.options.step_s:g} s: false-alarm rates will differ"
-        )
-    if stretched := ground.hd_map.stretched:
-        said.append(
-            f"{len(stretched)} lanes, such as '{shown(stretched[0])}', have a shape more than a tenth longer or shorter"
-            " than their length: vehicles are faster or slower there than SUMO says"
-        )
-    return said
-
-
-def _method(scenario: Scenario, ground: Ground, detection: Detection) -> Method:
-    localization = make_localization(scenario, ground.world, detection.names)
-    if scenario.engine == "reference":
-        from gpsec.reference.method import ReferenceMethod
-
-        return ReferenceMethod(ground.hd_map, ground.world, detection, localization)
-    return BatchedMethod(ground.world, detection, localization)

@@ -31,10 +31,10 @@ Notes = Callable[..., list[str]]
 
 @pytest.mark.parametrize("stretched", [(), ("ab_0", "bc_0")])
 def test_lanes_whose_length_is_not_that_of_their_shape_are_said(stretched: tuple[str, ...]) -> None:
-    from gpsec.pipeline.run import _warnings
+    from gpsec.pipeline.remarks import beforehand
 
     ground = SimpleNamespace(options=SimpleNamespace(step_s=0.1), hd_map=SimpleNamespace(stretched=stretched))
-    said = _warnings(ground)  # type: ignore[arg-type]
+    said = beforehand(ground)  # type: ignore[arg-type]
     assert [sentence.partition(" have")[0] for sentence in said] == ["2 lanes, such as 'ab_0',"] * bool(stretched)
 
 
