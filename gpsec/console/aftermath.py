@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from gpsec.console.errors import complain
+from gpsec.console.errors import INTERRUPTED, complain
 from gpsec.console.terminal import Terminal, tables
 from gpsec.core.errors import GpsecError, MachineError
 from gpsec.core.system import in_a_sentence
@@ -12,8 +12,6 @@ from gpsec.running.batch import Batch
 from gpsec.running.folders import resolved
 from gpsec.running.workers import Failure, Outcome
 from gpsec.scenario import Scenario
-
-INTERRUPTED = 130
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,9 @@ from contextlib import suppress
 from gpsec.core.errors import GpsecError, printable
 from gpsec.core.system import in_a_sentence
 
+INTERRUPTED = 130
+"""Exit status after Ctrl-C, as shells have it."""
+
 
 def say(line: object) -> None:
     """Print one line of an answer."""

@@ -28,7 +28,7 @@ def list_(
       gpsec list attacks
       gpsec list scenarios --dir scenarios
     """  # noqa: D301
-    options.load_parts(part)
+    options.load_given_parts(part)
     for line in lines(kind, folder):
         say(line)
 

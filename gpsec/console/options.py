@@ -47,7 +47,7 @@ def changes(sets: list[str] | None, profile: str | None) -> "list[Override]":
     return found
 
 
-def load_parts(references: list[str] | None) -> tuple[str, ...]:
+def load_given_parts(references: list[str] | None) -> tuple[str, ...]:
     """Load the parts that the command line names; return their references with whole paths.
 
     Raises:

@@ -46,7 +46,7 @@ def report(
       gpsec report results/town --again --geojson
       gpsec report results/before results/after
     """  # noqa: D301
-    options.load_parts(part)
+    options.load_given_parts(part)
     if other is not None:
         _compare(run, other, out)
         return 0

@@ -39,7 +39,7 @@ def trace(
     from gpsec.report.traces import rows_of
     from gpsec.running.results import load
 
-    options.load_parts(part)
+    options.load_given_parts(part)
     told = load(run)
     story = story_of(told, vehicle, scenario, attack)
     steps: Steps = {story.scenario: told.steps(story.scenario, [vehicle])}

@@ -50,10 +50,10 @@ def train(
     from gpsec.training import train as train_models
 
     chosen = NETWORKS if networks is None else [name.strip() for name in networks.split(",")]
-    loaded = options.load_parts(part)
+    loaded = options.load_given_parts(part)
     console = Console()
     began = perf_counter()
-    with display(console) as report:
+    with display_training(console) as report:
         made = train_models(
             out,
             detectors=detectors or (),
@@ -68,7 +68,7 @@ def train(
 
 
 @contextmanager
-def display(console: "Console") -> "Iterator[Callable[[TrainingProgress], None]]":
+def display_training(console: "Console") -> "Iterator[Callable[[TrainingProgress], None]]":
     """Give what shows how far the training is."""
     if not console.is_terminal:
         yield _Lines(console)

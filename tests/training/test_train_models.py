@@ -3,7 +3,7 @@ import pytest
 from rich.console import Console
 
 from gpsec import cli
-from gpsec.console.train import display
+from gpsec.console.train import display_training
 from gpsec.core import shipped
 from gpsec.detection.calibration import Calibrated
 from gpsec.detection.models import ProfileModel, load_models
@@ -89,7 +89,7 @@ def test_one_detector_and_one_profile_are_trained_by_themselves(tmp_path, capsys
 
 
 def test_elsewhere_than_on_a_terminal_progress_is_plain_lines(capsys, tmp_path):
-    with display(Console(force_terminal=False)) as report:
+    with display_training(Console(force_terminal=False)) as report:
         Pool(1, tmp_path, report).run("sums", [("three", sum, ((1, 2),)), ("seven", sum, ((3, 4),))])
     assert capsys.readouterr().out.splitlines()[-1] == "sums: 2 of 2 done"
 
