@@ -71,6 +71,22 @@ def test_shipped_map_end_to_end(
     assert ours == theirs
 
 
+def test_lane_that_opens_inside_a_section_is_there_from_its_beginning(imported: Import) -> None:
+    """As docs/opendrive.md says: 1.8 m wide until it has that width, then as wide as it gets, and it is named."""
+    opening = (
+        '<width sOffset="0" a="0" b="0" c="0" d="0"/><width sOffset="40" a="0" b="0.1" c="0" d="0"/>'
+        '<width sOffset="75" a="3.5" b="0" c="0" d="0"/>'
+    )
+    done = imported(road(section("", lane(-1) + lane(-2, opening))))
+    lanes = {lane.lane_id: lane for lane in read_net(done.net).lanes if not lane.internal}
+    narrow, wide = lanes["-1#0_0"], lanes["-1#1_0"]
+    assert (narrow.width_m, wide.width_m) == (1.8, 3.5)
+    # The map has nothing there before 40 m, and a lane of 1.8 m at 58 m; the net cuts it about there.
+    assert narrow.shape_m[0, 0] < 1.0
+    assert wide.shape_m[0, 0] == pytest.approx(58.0, abs=3.0)
+    assert [note for note in done.notes if "narrower than 2 m" in note and "-1#0_0" in note]
+
+
 def test_lane_beside_one_that_opens_keeps_its_place(imported: Import) -> None:
     opening = '<width sOffset="0" a="2" b="0" c="0" d="0"/><width sOffset="20" a="2" b="0.03" c="0" d="0"/>'
     done = imported(road(section("", lane(-1, opening) + lane(-2, 3.0))))
