@@ -11,7 +11,7 @@ from gpsec.localization.state import TRUSTS, Branches, Cells
 
 
 class BranchRows:
-    """The branches of one family, and which rows are in use.
+    """The branches of one family.
 
     Attributes:
         columns: (k,) the defences of the family.
@@ -22,7 +22,6 @@ class BranchRows:
         self.columns = columns
         self._table = Table(Branches, states=states, snapshots=snapshots, triangle=triangle)
         self._slots = Slots()
-        self._used: Ints = np.zeros(0, np.int32)
 
     @property
     def now(self) -> Branches:
@@ -31,10 +30,9 @@ class BranchRows:
 
     def rows(self, tracks: Ints, capacity: int) -> Ints:
         """Return the rows of the branches of some of `capacity` track rows, ascending."""
-        wanted = np.zeros(capacity, np.bool_)
+        wanted = np.zeros(capacity + 1, np.bool_)  # with one for the track -1 of rows that are free
         wanted[tracks] = True
-        active: Ints = self._used[wanted[self.now.track[self._used]]]
-        return active
+        return np.flatnonzero(wanted[self.now.track]).astype(np.int32)
 
     def begin(self, cells: Cells, tracks: Ints) -> None:
         """Give each of `tracks` one fresh branch, in place of those that it had."""
@@ -61,33 +59,35 @@ class BranchRows:
         """
         cell = tracks[:, np.newaxis], self.columns
         branch, response = cells.branch[cell], cells.response[cell]
-        kinds = int(response.max()) + 2
+        changes = (response != self.now.response[branch]).any(axis=1)
+        if not changes.any():
+            return tracks[:0]
+        branch, response = branch[changes], response[changes]
+        kinds = int(response.max()) + 1 - TRUSTS
         found, group = np.unique(branch.astype(np.int64) * kinds + (response - TRUSTS), return_inverse=True)
-        old, wanted = found // kinds, found % kinds + TRUSTS
-        forks = np.append(False, old[1:] == old[:-1])
-        new = old.astype(np.int32)
-        if forks.any():
-            new[forks] = self._take(int(forks.sum()))
-            self._table.copy(old[forks], new[forks])
-            cells.branch[cell] = new[group].reshape(branch.shape)
-        changed = self.now.response[new] != wanted
+        new, wanted = (found // kinds).astype(np.int32), (found % kinds).astype(np.int32) + TRUSTS
+        forks = np.flatnonzero(new[1:] == new[:-1]) + 1
+        if len(forks):
+            old = new[forks]
+            new[forks] = self._take(len(forks))
+            self._table.copy(old, new[forks])
+            cells.branch[tracks[changes][:, np.newaxis], self.columns] = new[group].reshape(branch.shape)
+        moved: Ints = new[self.now.response[new] != wanted]
         self.now.response[new] = wanted
-        moved: Ints = new[changed]
         return moved
 
     def _take(self, count: int) -> Ints:
         taken = np.array([self._slots.take() for _ in range(count)], np.int32)
         if self._slots.used > self._table.capacity:
             self._table.grow(2 * self._slots.used)
-        self._used = np.union1d(self._used, taken)
         return taken
 
     def _give_back(self, cells: Cells, tracks: Ints) -> None:
-        branch = np.unique(cells.branch[tracks[:, np.newaxis], self.columns])
-        old = branch[branch >= 0]
-        for row in old.tolist():
+        branch = cells.branch[tracks[:, np.newaxis], self.columns]
+        old = set(branch[branch >= 0].tolist())
+        for row in old:
             self._slots.give_back(row)
-        self._used = np.setdiff1d(self._used, old, assume_unique=True)
+        self.now.track[list(old)] = -1
 
 
 class LocalizationState:
