@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from gpsec.testing import check_attack, check_detector, check_profile
+from gpsec.testing import check_attack, check_detector, check_profile, check_response
 
 NAMES = {"attacks": "sway", "detectors": "energy", "responses": "coast", "profiles": "taxi"}
 SCENARIO = """
@@ -108,10 +108,12 @@ def test_an_edit_of_the_package_is_another_run(site, repository):
 
 def test_its_parts_keep_the_contracts(site, monkeypatch):
     monkeypatch.syspath_prepend(str(site))
+    from gpsec_example.coast import Coast
     from gpsec_example.energy import Energy
     from gpsec_example.sway import Sway
     from gpsec_example.taxi import TAXI
 
     check_attack(Sway, period_s=2.0)
     check_detector(lambda profiles: Energy(), threshold=Energy.fixed_threshold)
+    check_response(Coast)
     check_profile(TAXI)

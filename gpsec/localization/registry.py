@@ -3,9 +3,17 @@
 from gpsec.core.registry import Registry, subclass_named
 from gpsec.localization.responses import CameraUkf, DeadReckoning, NoResponse, Response, Rollback, Ukf5, Ukf5Rollback
 
+_OWN: tuple[type[Response], ...] = (
+    NoResponse,
+    DeadReckoning,
+    CameraUkf,
+    Rollback,
+    Ukf5,
+    Ukf5Rollback,
+)
 RESPONSES: Registry[type[Response]] = Registry(
     "response",
     "gpsec.responses",
-    {response.name: response for response in (NoResponse, DeadReckoning, CameraUkf, Rollback, Ukf5, Ukf5Rollback)},
+    {response.name: response for response in _OWN},
     subclass_named(Response),
 )

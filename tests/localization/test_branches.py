@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from .rig import Rig
+from gpsec.testing.rig import Rig
 
 RESPONSES = ("none", "dead_reckoning", "ukf", "rollback", "ukf5")
 

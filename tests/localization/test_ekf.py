@@ -7,8 +7,7 @@ from hypothesis import strategies as st
 
 from gpsec.localization import ekf
 from gpsec.localization.noise import FilterNoise, noise_table
-
-from .rig import FIGURES, STEP_S, Rig, figures
+from gpsec.testing.rig import FIGURES, STEP_S, Rig, figures
 
 variances = st.floats(1e-4, 5.0)
 

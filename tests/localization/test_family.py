@@ -11,8 +11,7 @@ from gpsec.core.geo import dead_reckon
 from gpsec.core.kernels import inline
 from gpsec.localization.family import Filter
 from gpsec.localization.responses import Response
-
-from .rig import Rig
+from gpsec.testing.rig import Rig
 
 
 @inline

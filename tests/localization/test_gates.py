@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from gpsec.localization.rejoin import SwitchSettings
-
-from .rig import Rig, figures
+from gpsec.testing.rig import Rig, figures
 
 # One fix that agrees, without an alarm, is enough.
 AT_ONCE = SwitchSettings(hold_s=0.1, rejoin_s=0.1)

@@ -6,8 +6,7 @@ import pytest
 from gpsec.hdmap.map import HDMap, compile_map
 from gpsec.localization import lane_ukf
 from gpsec.localization.noise import noise_table
-
-from .rig import FIGURES, STEP_S, Rig, figures
+from gpsec.testing.rig import FIGURES, STEP_S, Rig, figures
 
 CENTRED = 'spreadType="center"'
 BEND_M, RADIUS_M, SPEED_MPS = 60.0, 40.0, 8.0

@@ -13,8 +13,7 @@ from gpsec.hdmap.search import NEAREST, TRACKED
 from gpsec.localization import lane_ukf, learning
 from gpsec.localization.noise import noise_table
 from gpsec.localization.world import LaneSight, World, make_room
-
-from .rig import FIGURES, STEP_S
+from gpsec.testing.rig import FIGURES, STEP_S
 
 # East, north, yaw, scale error of the odometer, gyro bias, slow error of the camera: where a filter's state has them.
 AT = [0, 1, 2, learning.SCALE, learning.GYRO_ERROR, learning.SLOW]

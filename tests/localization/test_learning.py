@@ -5,8 +5,7 @@ import pytest
 
 from gpsec.localization import learning
 from gpsec.localization.noise import noise_table
-
-from .rig import STEP_S, Rig, figures
+from gpsec.testing.rig import STEP_S, Rig, figures
 
 FIGURES = figures(gyro_bias_rps=2e-3, odometer_scale=0.02)
 STATES = learning.LEARNING_STATES

@@ -4,8 +4,7 @@ import pytest
 from gpsec.localization import lane_ukf
 from gpsec.localization.history import SNAPSHOTS, Recall
 from gpsec.localization.rejoin import SwitchSettings
-
-from .rig import Rig
+from gpsec.testing.rig import Rig
 
 RESPONSES = ("none", "ukf", "rollback", "ukf5", "ukf5_rollback")
 BACK = ("rollback", "ukf5_rollback")

@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 
 from gpsec.localization.rejoin import SwitchSettings
-
-from .rig import STEP_S, Rig, figures
+from gpsec.testing.rig import STEP_S, Rig, figures
 
 ISOLATING = ("ukf", "dead_reckoning")
 

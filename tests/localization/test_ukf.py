@@ -14,10 +14,9 @@ from gpsec.localization.noise import noise_table
 from gpsec.localization.responses import CameraUkf
 from gpsec.localization.state import Branches
 from gpsec.localization.world import World
+from gpsec.testing.rig import FIGURES, STEP_S
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Measurements, Vehicles
-
-from .rig import FIGURES, STEP_S
 
 SIGMA_M = 0.08
 RADIUS_M = 60.0

@@ -1,13 +1,17 @@
 """A few vehicles on one lane, and the localization that follows them, without a pipeline."""
 
 from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from gpsec.core.arrays import Floats, Ints
 from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
 from gpsec.hdmap.arrays import MapView
-from gpsec.hdmap.map import HDMap
+from gpsec.hdmap.map import HDMap, compile_map
 from gpsec.hdmap.search import TRACKED
 from gpsec.localization.noise import FilterNoise, noise_table
 from gpsec.localization.registry import RESPONSES
@@ -39,20 +43,47 @@ FIGURES = FilterNoise(
     camera_mount_m=0.03,
 )
 ONE_THREAD = Threads(1)
+_STRAIGHT_NET = """<net version="1.20">
+<location netOffset="0,0" convBoundary="0,0,5000,0" origBoundary="0,0,5000,0" projParameter="!"/>
+<edge id="ab" from="a" to="b">
+<lane id="ab_0" index="0" speed="30" length="5000" width="3.2" shape="0,0 5000,0"/>
+</edge>
+<junction id="a" type="dead_end" x="0" y="0" incLanes="" intLanes="" shape="0,0"/>
+<junction id="b" type="dead_end" x="5000" y="0" incLanes="ab_0" intLanes="" shape="5000,0"/>
+</net>"""
+
+
+@cache
+def straight_road() -> HDMap:
+    """Return the map of one lane of 5 km, due east along y = 0."""
+    with TemporaryDirectory() as folder:
+        net = Path(folder) / "straight.net.xml"
+        net.write_text(_STRAIGHT_NET)
+        return compile_map(net, ())
 
 
 @dataclass
 class Rig:
-    """M tracks of as many vehicles that drive east on `lane` at `speed_mps`, each under all `responses`.
+    """M tracks of as many vehicles that drive east, each under all responses.
 
-    The alarm has one column for each response; `others` are responses that are not registered.
+    Attributes:
+        hd_map: the road.
+        responses: names of the responses; the alarm has one column for each.
+        count: M.
+        speed_mps: of the vehicles.
+        figures: of their sensors.
+        settings: when GNSS is given up and taken back.
+        lane: that they are on.
+        others: responses that are not registered, by name.
+        world, localization, state: what follows the vehicles.
+        vehicles, seen, tracks, alarm, rows: what it is given.
     """
 
     hd_map: HDMap
     responses: tuple[str, ...] = tuple(RESPONSES)
     count: int = 1
     speed_mps: float = 10.0
-    figures: FilterNoise = FIGURES
+    figures: FilterNoise[float] = FIGURES
     settings: SwitchSettings = field(default_factory=SwitchSettings)
     lane: int = 0
     others: dict[str, type[Response]] = field(default_factory=dict)
@@ -80,6 +111,7 @@ class Rig:
         self.seen.camera_sigma_m[:] = 0.08
 
     def column(self, response: str) -> int:
+        """Return the defence with a response."""
         return self.responses.index(response)
 
     def step(
@@ -101,30 +133,33 @@ class Rig:
         self.alarm[:] = alarm
         self.localize(self.rows)
 
-    def localize(self, rows: np.ndarray) -> None:
+    def localize(self, rows: Ints) -> None:
+        """Let the localization take a step with some tracks."""
         tracks, vehicles, seen = self.tracks, self.vehicles, self.seen
         self.localization.propagate(self.state, rows, tracks, vehicles, seen, self.alarm, ONE_THREAD)
         self.localization.correct(self.state, rows, tracks, vehicles, seen, ONE_THREAD)
 
     def filters(self, response: str) -> Branches:
-        """A copy of the filters of a defence, one for each track."""
+        """Return a copy of the filters of a defence, one for each track."""
         branches, row = self.state.of(self.column(response))
-        return Branches(*(array[row] for array in branches))
+        return Branches._make(array[row] for array in branches)
 
     def filter(self, response: str) -> Branches:
-        """The filter of a defence of the first track itself, which it may share with other defences."""
+        """Return the filter of a defence of the first track itself, which it may share with other defences."""
         branches, row = self.state.of(self.column(response))
-        return Branches(*(array[row[0]] for array in branches))
+        return Branches._make(array[row[0]] for array in branches)
 
-    def error_m(self, response: str) -> np.ndarray:
-        """(M, 2) estimate minus truth."""
-        return self.filters(response).mean[:, :2] - self.vehicles.rear_m
+    def error_m(self, response: str) -> Floats:
+        """Return (M, 2) estimates minus truth."""
+        error: Floats = self.filters(response).mean[:, :2] - self.vehicles.rear_m
+        return error
 
     def isolated(self, response: str) -> bool:
+        """Return whether a defence of the first track has isolated GNSS."""
         return bool(self.filters(response).response[0] >= 0)
 
     def steps_until(self, isolated: bool, response: str = "ukf", limit: int = 400, **step: object) -> int:
-        """Number of steps until the first vehicle is (not) isolated."""
+        """Return the number of steps until the first vehicle is (not) isolated."""
         for number in range(1, limit + 1):
             self.step(**step)  # type: ignore[arg-type]
             if self.isolated(response) == isolated:
@@ -132,5 +167,6 @@ class Rig:
         raise AssertionError(f"not within {limit} steps")
 
 
-def figures(**changes: float) -> FilterNoise:
+def figures(**changes: float) -> FilterNoise[float]:
+    """Return `FIGURES` with changes."""
     return FIGURES._replace(**changes)
