@@ -1,19 +1,24 @@
 """One meaning a name: a public class, function or constant of gpsec is defined in one module."""
 
 import ast
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterator
 from itertools import chain
 from pathlib import Path
 
 import gpsec
+from gpsec.testing import ATTACK_CHECKS, DETECTOR_CHECKS, PROFILE_CHECKS, RESPONSE_CHECKS
 
 PACKAGE = Path(gpsec.__file__).parent
 
+# Rules of `gpsec.testing` that more than one kind of part keeps.
+CHECKS = chain(ATTACK_CHECKS, DETECTOR_CHECKS, PROFILE_CHECKS, RESPONSE_CHECKS)
+RULES = {name for name, kinds in Counter(check.__name__ for check in CHECKS).items() if kinds > 1}
+
 # Names that have the same meaning wherever they are defined.
-SAME_ROLE = {"main", "T", "check", "run", "train", "the_batch_equals_a_loop_of_singles"}
-"""A program's entry point; a type variable; a command and the function that does it in Python; a contract of two kinds
-of parts."""
+SAME_ROLE = {"main", "T", "check", "run", "train", *RULES}
+"""A program's entry point; a type variable; a command and the function that does it in Python; a rule that several
+kinds of parts keep."""
 
 # To be renamed: each of these still has two meanings. This set only ever shrinks.
 ALLOWED: set[str] = {

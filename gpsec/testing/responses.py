@@ -7,11 +7,11 @@ import numpy as np
 from gpsec.core.arrays import Ints
 from gpsec.localization.branches import LocalizationState
 from gpsec.localization.responses import Response
-from gpsec.testing.contract import require
-from gpsec.testing.rig import STEP_S, Rig, straight_road
+from gpsec.testing.contract import STEP_S, require
+from gpsec.testing.rig import Rig, straight_road
 
-VEHICLES, STEPS = 12, 120
-_ALL: Ints = np.arange(VEHICLES, dtype=np.int32)
+_VEHICLES, _STEPS = 12, 120
+_ALL: Ints = np.arange(_VEHICLES, dtype=np.int32)
 # With perfect roads and these sensors, dead reckoning is never this far off within the time of a check.
 _FAR_M = 10.0
 
@@ -26,7 +26,7 @@ def check_response(kind: type[Response]) -> None:
         check(kind)
 
 
-def drive(kind: type[Response], order: Ints = _ALL, batches: int = 1, steps: int = STEPS) -> Rig:
+def drive_rig(kind: type[Response], order: Ints = _ALL, batches: int = 1, steps: int = _STEPS) -> Rig:
     """Return vehicles with noise of their own, alarms, lost fixes and a camera that blinks, after some steps.
 
     Args:
@@ -36,14 +36,14 @@ def drive(kind: type[Response], order: Ints = _ALL, batches: int = 1, steps: int
         steps: how many.
     """
     rng = np.random.default_rng(11)
-    noise = rng.normal(0.0, 1.0, (STEPS, VEHICLES, 5))
-    fix = rng.random((STEPS, VEHICLES)) < 0.9
+    noise = rng.normal(0.0, 1.0, (_STEPS, _VEHICLES, 5))
+    fix = rng.random((_STEPS, _VEHICLES)) < 0.9
     fix[40:60, 3] = False
-    alarm = rng.random((STEPS, VEHICLES)) < 0.02
+    alarm = rng.random((_STEPS, _VEHICLES)) < 0.02
     alarm[50:80, :4] = True
-    camera = rng.random((STEPS, VEHICLES)) < 0.9
+    camera = rng.random((_STEPS, _VEHICLES)) < 0.9
     rig = _rig(kind)
-    rig.vehicles.rear_m[:, 0] = 100.0 * np.arange(VEHICLES) + 50.0
+    rig.vehicles.rear_m[:, 0] = 100.0 * np.arange(_VEHICLES) + 50.0
     for step in range(steps):
         n = noise[step]
         rig.vehicles.rear_m[:, 0] += rig.speed_mps * STEP_S
@@ -63,10 +63,10 @@ def drive(kind: type[Response], order: Ints = _ALL, batches: int = 1, steps: int
 
 
 def _rig(kind: type[Response]) -> Rig:
-    return Rig(straight_road(), responses=(kind.name,), count=VEHICLES, others={kind.name: kind})
+    return Rig(straight_road(), responses=(kind.name,), count=_VEHICLES, others={kind.name: kind})
 
 
-def same(one: LocalizationState, other: LocalizationState, rows: Ints) -> bool:
+def same_state(one: LocalizationState, other: LocalizationState, rows: Ints) -> bool:
     """Return whether tracks are in the same state, whatever the rows of their branches."""
     cells = zip(one.cells, other.cells, one.cells._fields, strict=True)
     filters = zip(*(state.of(0)[0] for state in (one, other)), one.of(0)[0]._fields, strict=True)
@@ -85,9 +85,9 @@ def it_says_its_name_and_what_it_does(kind: type[Response]) -> None:
 
 def estimates_are_finite_and_of_the_right_shape(kind: type[Response]) -> None:
     """Hold shapes, that nothing is NaN or infinite, and the covariance."""
-    rig = drive(kind)
+    rig = drive_rig(kind)
     filters = rig.filters(kind.name)
-    require(filters.mean.shape == (VEHICLES, kind.filter.states), "a filter has as many states as it says")
+    require(filters.mean.shape == (_VEHICLES, kind.filter.states), "a filter has as many states as it says")
     for name, values in filters._asdict().items():
         require(np.isfinite(values).all(), f"`{name}` is finite")
     require(np.abs(rig.error_m(kind.name)).max() < _FAR_M, f"an estimate on a straight road stays within {_FAR_M:g} m")
@@ -101,35 +101,38 @@ def estimates_are_finite_and_of_the_right_shape(kind: type[Response]) -> None:
 
 def the_same_input_gives_the_same_bytes(kind: type[Response]) -> None:
     """Hold determinism."""
-    require(same(drive(kind).state, drive(kind).state, _ALL), "the same input gives the same bytes")
+    require(same_state(drive_rig(kind).state, drive_rig(kind).state, _ALL), "the same input gives the same bytes")
 
 
 def the_batch_equals_a_loop_of_singles(kind: type[Response]) -> None:
     """Hold that a filter does not depend on its company, to the last bit."""
-    singly = drive(kind, batches=VEHICLES)
-    require(same(drive(kind).state, singly.state, _ALL), "a filter is the same in whatever company it is corrected")
+    singly = drive_rig(kind, batches=_VEHICLES)
+    require(
+        same_state(drive_rig(kind).state, singly.state, _ALL),
+        "a filter is the same in whatever company it is corrected",
+    )
 
 
 def the_order_of_rows_does_not_matter(kind: type[Response]) -> None:
     """Hold that other rows are left alone, too."""
     order = np.array([7, 2, 9, 3, 0], np.int32)
-    some = drive(kind, order)
-    require(same(drive(kind).state, some.state, order), "the order of the rows does not matter")
+    some = drive_rig(kind, order)
+    require(same_state(drive_rig(kind).state, some.state, order), "the order of the rows does not matter")
     untouched = np.setdiff1d(_ALL, order)
     require(not some.state.cells.started[untouched].any(), "rows that are not localized are left alone")
 
 
 def a_reset_row_begins_anew(kind: type[Response]) -> None:
     """Hold that a row that was used for another track behaves as a fresh one."""
-    rig = drive(kind, steps=70)
+    rig = drive_rig(kind, steps=70)
     row = np.array([1], np.int32)
     rig.state.reset(row)
-    require(same(rig.state, _rig(kind).state, row), "a row that is reset begins anew")
+    require(same_state(rig.state, _rig(kind).state, row), "a row that is reset begins anew")
 
 
 def a_copied_row_goes_on_as_its_source(kind: type[Response]) -> None:
     """Hold that all that a filter remembers is in its states: an attack forks the track of its victim."""
-    rig = drive(kind, steps=70)
+    rig = drive_rig(kind, steps=70)
     two, five = np.array([2], np.int32), np.array([5], np.int32)
     rig.state.copy(two, five)
     rig.state.history.copy(two, five)

@@ -20,11 +20,11 @@ from gpsec.localization.responses import Response
 from gpsec.localization.state import Branches
 from gpsec.localization.switch import Localization
 from gpsec.localization.world import World
+from gpsec.testing.contract import STEP_S
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Measurements, Vehicles
 
-STEP_S = 0.1
-FIGURES = FilterNoise(
+RIG_FIGURES = FilterNoise(
     gnss_white_m=0.1,
     gnss_bias_m=0.05,
     gnss_bias_tau_s=10.0,
@@ -83,7 +83,7 @@ class Rig:
     responses: tuple[str, ...] = tuple(RESPONSES)
     count: int = 1
     speed_mps: float = 10.0
-    figures: FilterNoise[float] = FIGURES
+    figures: FilterNoise[float] = RIG_FIGURES
     settings: SwitchSettings = field(default_factory=SwitchSettings)
     lane: int = 0
     others: dict[str, type[Response]] = field(default_factory=dict)
@@ -167,6 +167,6 @@ class Rig:
         raise AssertionError(f"not within {limit} steps")
 
 
-def figures(**changes: float) -> FilterNoise[float]:
-    """Return `FIGURES` with changes."""
-    return FIGURES._replace(**changes)
+def rig_figures(**changes: float) -> FilterNoise[float]:
+    """Return `RIG_FIGURES` with changes."""
+    return RIG_FIGURES._replace(**changes)

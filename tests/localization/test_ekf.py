@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 from gpsec.localization import ekf
 from gpsec.localization.noise import FilterNoise, noise_table
-from gpsec.testing.rig import FIGURES, STEP_S, Rig, figures
+from gpsec.testing.contract import STEP_S
+from gpsec.testing.rig import RIG_FIGURES, Rig, rig_figures
 
 variances = st.floats(1e-4, 5.0)
 
@@ -65,7 +66,7 @@ def test_predict_is_the_textbooks(seed, speed, yaw_rate):
     f = random_figures(seed)
     mean, P = random_state(seed)
     expected, expected_P = plain_predict(mean, P, f, speed, yaw_rate, STEP_S)
-    ekf.predict_pose(mean, P, noise_table([FIGURES, f]), 1, speed, yaw_rate, STEP_S)
+    ekf.predict_pose(mean, P, noise_table([RIG_FIGURES, f]), 1, speed, yaw_rate, STEP_S)
     assert mean == pytest.approx(expected, abs=1e-9)
     assert pytest.approx(expected_P, abs=1e-9) == P
 
@@ -88,10 +89,10 @@ def test_update_is_the_textbooks_and_its_innovations_sum_to_the_nis(seed, east, 
 def test_start_is_a_fix_minus_an_unknown_slow_error():
     """Position = fix - slow error: Var = white² + bias², Cov(position, slow error) = -bias²."""
     mean, P = np.full(5, 9.0), np.full((5, 5), 9.0)
-    ekf.start_at_fix(mean, P, noise_table([FIGURES]), 0, 3.0, 4.0, 7.0)
-    white, bias = FIGURES.gnss_white_m**2, FIGURES.gnss_bias_m**2
+    ekf.start_at_fix(mean, P, noise_table([RIG_FIGURES]), 0, 3.0, 4.0, 7.0)
+    white, bias = RIG_FIGURES.gnss_white_m**2, RIG_FIGURES.gnss_bias_m**2
     assert mean == pytest.approx([3.0, 4.0, 7.0 - 2.0 * pi, 0.0, 0.0])
-    expected = np.diag([white + bias, white + bias, FIGURES.heading_rad**2, bias, bias])
+    expected = np.diag([white + bias, white + bias, RIG_FIGURES.heading_rad**2, bias, bias])
     expected[0, 3] = expected[3, 0] = expected[1, 4] = expected[4, 1] = -bias
     assert pytest.approx(expected) == P
     # Before the update, the fix that it started with would surprise by its white noise alone.
@@ -102,7 +103,7 @@ def test_start_is_a_fix_minus_an_unknown_slow_error():
 @pytest.mark.parametrize("period", [1, 2, 10])
 def test_covariance_stays_symmetric_and_positive(period):
     rng = np.random.default_rng(1)
-    table, innovation = noise_table([FIGURES]), np.zeros(2)
+    table, innovation = noise_table([RIG_FIGURES]), np.zeros(2)
     mean, P = np.zeros(5), np.zeros((5, 5))
     ekf.start_at_fix(mean, P, table, 0, 0.0, 0.0, 0.0)
     repairs = 0
@@ -110,7 +111,7 @@ def test_covariance_stays_symmetric_and_positive(period):
         ekf.predict_pose(mean, P, table, 0, rng.uniform(0.0, 30.0), rng.normal(0.0, 0.3), STEP_S)
         if step % period == 0:
             fix = mean[:2] + rng.normal(0.0, 0.2, 2)
-            repairs += ekf.update(mean, P, innovation, fix[0], fix[1], FIGURES.gnss_white_m)
+            repairs += ekf.update(mean, P, innovation, fix[0], fix[1], RIG_FIGURES.gnss_white_m)
         if step % 100 == 0:
             assert abs(P - P.T).max() < 1e-12
             assert np.linalg.eigvalsh(P).min() > -1e-12
@@ -129,7 +130,7 @@ def test_a_negative_variance_is_repaired_and_counted():
 def test_errors_are_as_large_as_the_filter_says():
     """Normalised error squared of fixes and odometry drawn from the filter's own model: 5 on average."""
     rng = np.random.default_rng(3)
-    f = figures(odometer_scale=0.0, gyro_bias_rps=0.0)
+    f = rig_figures(odometer_scale=0.0, gyro_bias_rps=0.0)
     table, innovation, squares = noise_table([f]), np.zeros(2), []
     for _ in range(60):
         truth, bias = np.zeros(3), rng.normal(0.0, f.gnss_bias_m, 2)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gpsec.localization.rejoin import SwitchSettings
-from gpsec.testing.rig import Rig, figures
+from gpsec.testing.rig import Rig, rig_figures
 
 # One fix that agrees, without an alarm, is enough.
 AT_ONCE = SwitchSettings(hold_s=0.1, rejoin_s=0.1)
@@ -14,7 +14,7 @@ AT_ONCE = SwitchSettings(hold_s=0.1, rejoin_s=0.1)
 
 def isolated_for(straight, metres: float, response: str) -> Rig:
     """A filter that has trusted GNSS for 2 s and then has driven `metres` without it."""
-    rig = Rig(straight, responses=(response,), settings=AT_ONCE, figures=figures(odometer_scale=0.02))
+    rig = Rig(straight, responses=(response,), settings=AT_ONCE, figures=rig_figures(odometer_scale=0.02))
     for _ in range(20):
         rig.step()
     for _ in range(round(metres / (rig.speed_mps * 0.1))):

@@ -6,7 +6,8 @@ import pytest
 from gpsec.hdmap.map import HDMap, compile_map
 from gpsec.localization import lane_ukf
 from gpsec.localization.noise import noise_table
-from gpsec.testing.rig import FIGURES, STEP_S, Rig, figures
+from gpsec.testing.contract import STEP_S
+from gpsec.testing.rig import RIG_FIGURES, Rig, rig_figures
 
 CENTRED = 'spreadType="center"'
 BEND_M, RADIUS_M, SPEED_MPS = 60.0, 40.0, 8.0
@@ -76,7 +77,7 @@ def test_between_the_points_of_a_sparse_map_the_lane_is_an_arc(plain_net):
 
 def test_a_camera_that_is_off_for_long_is_not_believed_more_and_more(straight):
     """However long it sees the lane, what it sees is off by its slow error: σ does not fall below that."""
-    rig = Rig(straight, responses=("ukf", "ukf5"), figures=figures(camera_bias_m=0.06, camera_mount_m=0.05))
+    rig = Rig(straight, responses=("ukf", "ukf5"), figures=rig_figures(camera_bias_m=0.06, camera_mount_m=0.05))
     slow = sqrt(0.06**2 + 0.05**2)
     for step in range(600):
         rig.step(alarm=step > 20)
@@ -87,7 +88,7 @@ def test_a_camera_that_is_off_for_long_is_not_believed_more_and_more(straight):
 
 def test_white_noise_of_the_camera_by_hand():
     """Half of the view: the white part of C0 grows by √2, that of C1 by √8; the slow parts do not grow."""
-    f = FIGURES
+    f = RIG_FIGURES
     slow = f.camera_bias_m**2 + f.camera_mount_m**2
     table = noise_table([f])
     for view, offset, slope in ((1.0, 1.0, 1.0), (0.5, sqrt(2.0), sqrt(8.0))):

@@ -13,12 +13,13 @@ from gpsec.hdmap.search import NEAREST, TRACKED
 from gpsec.localization import lane_ukf, learning
 from gpsec.localization.noise import noise_table
 from gpsec.localization.world import LaneSight, World, make_room
-from gpsec.testing.rig import FIGURES, STEP_S
+from gpsec.testing.contract import STEP_S
+from gpsec.testing.rig import RIG_FIGURES
 
 # East, north, yaw, scale error of the odometer, gyro bias, slow error of the camera: where a filter's state has them.
 AT = [0, 1, 2, learning.SCALE, learning.GYRO_ERROR, learning.SLOW]
 STATED_M = 0.1
-TABLE = noise_table([FIGURES])
+TABLE = noise_table([RIG_FIGURES])
 RADIUS_M = 50.0
 
 View = Callable[[np.ndarray], np.ndarray]
@@ -101,7 +102,7 @@ def test_every_state_is_corrected_as_filterpy_does(straight, circle, mode, off, 
 @pytest.mark.parametrize("ago_s", [1.0, 100.0])
 def test_the_cameras_mounting_stays_and_its_bias_fades(ago_s):
     """Of a camera that is off by 8 cm the part goes that is likely bias; what a long time leaves is the mounting."""
-    f, table = FIGURES, noise_table([FIGURES])
+    f, table = RIG_FIGURES, noise_table([RIG_FIGURES])
     bias, mount = f.camera_bias_m**2, f.camera_mount_m**2
     mean, covariance = begin(0.0, 0.0, 0.0)
     covariance[learning.SLOW] = covariance[:, learning.SLOW] = 0.0

@@ -5,16 +5,17 @@ import pytest
 
 from gpsec.localization import learning
 from gpsec.localization.noise import noise_table
-from gpsec.testing.rig import STEP_S, Rig, figures
+from gpsec.testing.contract import STEP_S
+from gpsec.testing.rig import Rig, rig_figures
 
-FIGURES = figures(gyro_bias_rps=2e-3, odometer_scale=0.02)
+RIG_FIGURES = rig_figures(gyro_bias_rps=2e-3, odometer_scale=0.02)
 STATES = learning.LEARNING_STATES
 
 
 def moved(mean: np.ndarray, speed: float, rate: float, isolated: bool) -> np.ndarray:
     after = mean.copy()
     learning.LEARNING_EKF.predict(
-        after, np.zeros((STATES, STATES)), noise_table([FIGURES]), 0, speed, rate, STEP_S, isolated
+        after, np.zeros((STATES, STATES)), noise_table([RIG_FIGURES]), 0, speed, rate, STEP_S, isolated
     )
     return after
 
@@ -32,7 +33,7 @@ def test_the_covariance_follows_the_derivatives_of_the_motion(isolated):
         step[i] = 1e-5
         F[:, i] = (moved(mean + step, 12.0, 0.3, isolated) - moved(mean - step, 12.0, 0.3, isolated)) / 2e-5
     Q, found = np.zeros((STATES, STATES)), P.copy()
-    table = noise_table([FIGURES])
+    table = noise_table([RIG_FIGURES])
     learning.LEARNING_EKF.predict(mean.copy(), Q, table, 0, 12.0, 0.3, STEP_S, isolated)
     learning.LEARNING_EKF.predict(mean.copy(), found, table, 0, 12.0, 0.3, STEP_S, isolated)
     # The chord also shortens as its turn grows, by a thousandth of the way in a second; F leaves that out.
@@ -41,7 +42,7 @@ def test_the_covariance_follows_the_derivatives_of_the_motion(isolated):
 
 def test_errors_are_as_large_as_the_filter_says():
     """Normalised error squared of odometry and fixes drawn from the filter's own model: 7 on average."""
-    rng, f = np.random.default_rng(3), FIGURES
+    rng, f = np.random.default_rng(3), RIG_FIGURES
     table, innovation, squares, scales = noise_table([f]), np.zeros(2), [], []
     decay, keeps = exp(-STEP_S / f.gnss_bias_tau_s), exp(-STEP_S / f.gyro_bias_tau_s)
     for _ in range(60):
@@ -77,7 +78,7 @@ def sin_of(angle: float) -> float:
 
 def test_what_was_learnt_carries_through_isolation(straight):
     """An odometer that counts 2 % too much: 300 m become 306 m, unless that has been learnt."""
-    rig = Rig(straight, responses=("ukf", "ukf5"), figures=figures(odometer_scale=0.02), speed_mps=10.0)
+    rig = Rig(straight, responses=("ukf", "ukf5"), figures=rig_figures(odometer_scale=0.02), speed_mps=10.0)
     rig.seen.speed_mps[:] = 10.2
     for _ in range(300):
         rig.step()

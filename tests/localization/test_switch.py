@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from gpsec.localization.rejoin import SwitchSettings
-from gpsec.testing.rig import STEP_S, Rig, figures
+from gpsec.testing.contract import STEP_S
+from gpsec.testing.rig import Rig, rig_figures
 
 ISOLATING = ("ukf", "dead_reckoning")
 
@@ -46,7 +47,7 @@ def test_none_never_isolates(rig):
 def test_an_outage_isolates_once_fixes_are_overdue(straight, outage_s, period_s, expected_s):
     """After outage_s, or two and a half periods of the receiver where that is longer."""
     settings = SwitchSettings(outage_s=outage_s)
-    rig = warm(Rig(straight, figures=figures(gnss_period_s=period_s), settings=settings))
+    rig = warm(Rig(straight, figures=rig_figures(gnss_period_s=period_s), settings=settings))
     steps = rig.steps_until(True, fix=False)
     assert steps == pytest.approx(expected_s / STEP_S + 1, abs=1)
     assert rig.isolated("dead_reckoning")
@@ -54,7 +55,7 @@ def test_an_outage_isolates_once_fixes_are_overdue(straight, outage_s, period_s,
 
 
 def test_a_receiver_that_is_slower_than_the_loop_is_not_an_outage(straight):
-    rig = Rig(straight, figures=figures(gnss_period_s=1.0))
+    rig = Rig(straight, figures=rig_figures(gnss_period_s=1.0))
     for step in range(300):
         rig.step(fix=step % 10 == 0)
         assert not any(rig.isolated(name) for name in rig.responses)
@@ -156,7 +157,7 @@ def test_nothing_happens_before_the_first_fix(straight):
 
 def test_ukf_holds_the_lane_where_dead_reckoning_drifts_off(straight):
     """A gyro that turns 0.2°/s too fast, for 15 s at 10 m/s: 0.5 · 10 · 0.0035 · 15² = 3.9 m without the camera."""
-    rig = warm(Rig(straight, figures=figures(gyro_bias_rps=0.0035)))
+    rig = warm(Rig(straight, figures=rig_figures(gyro_bias_rps=0.0035)))
     rig.seen.yaw_rate_rps[:] = 0.0035
     for _ in range(150):
         rig.step(alarm=True, bias_m=(0.0, 2.4))

@@ -14,7 +14,8 @@ from gpsec.localization.noise import noise_table
 from gpsec.localization.responses import CameraUkf
 from gpsec.localization.state import Branches
 from gpsec.localization.world import World
-from gpsec.testing.rig import FIGURES, STEP_S
+from gpsec.testing.contract import STEP_S
+from gpsec.testing.rig import RIG_FIGURES
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Measurements, Vehicles
 
@@ -70,7 +71,7 @@ def test_weights_are_those_of_filterpy():
 
 def noise_of_a_step(speed: float, middle: float, yaw_variance: float) -> np.ndarray:
     """Additive process noise, along and across the body."""
-    f, lasting = FIGURES, STEP_S * 1.0
+    f, lasting = RIG_FIGURES, STEP_S * 1.0
     along = (f.odometer_white_mps * STEP_S) ** 2 + (f.odometer_scale * speed) ** 2 * lasting
     across = yaw_variance * speed**2 * lasting
     turned = np.array([[cos(middle), -sin(middle)], [sin(middle), cos(middle)]])
@@ -89,7 +90,7 @@ def correct(
 ) -> tuple[int, int]:
     """Correct `mean` and `P` in place with one lane offset; return the segment and the repairs made."""
     view = MapView(hd_map.lanes, hd_map.index, mode, np.array([layer], np.int32))
-    world = World(view, noise_table([FIGURES]), STEP_S)
+    world = World(view, noise_table([RIG_FIGURES]), STEP_S)
     branches = Table(Branches, states=5, snapshots=0, triangle=15).now
     tracks, vehicles, seen = Table(Tracks).now, Table(Vehicles).now, Table(Measurements).now
     branches.mean[0], branches.covariance[0], branches.segment[:] = mean, P, hint
@@ -103,7 +104,7 @@ def correct(
 def follow(hd_map: HDMap, layer: int, mean: np.ndarray, P: np.ndarray, yaw_rate: float, steps: int, mode: int) -> None:
     """Run both filters side by side and compare them after every half-step."""
     rng = np.random.default_rng(5)
-    table, hint = noise_table([FIGURES]), -1
+    table, hint = noise_table([RIG_FIGURES]), -1
     other = oracle(hd_map, layer, mean[:2], P[:2, :2])
     for _ in range(steps):
         speed = 8.0 + rng.normal(0.0, 0.05)
