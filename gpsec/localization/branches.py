@@ -7,7 +7,7 @@ import numpy as np
 from gpsec.core.arrays import Ints
 from gpsec.core.tables import Slots, Table
 from gpsec.localization.history import History
-from gpsec.localization.state import TRUSTS, Branches, Cells
+from gpsec.localization.state import Branches, Cells
 
 
 class BranchRows:
@@ -59,21 +59,28 @@ class BranchRows:
         """
         cell = tracks[:, np.newaxis], self.columns
         branch, response = cells.branch[cell], cells.response[cell]
-        changes = (response != self.now.response[branch]).any(axis=1)
-        if not changes.any():
-            return tracks[:0]
-        branch, response = branch[changes], response[changes]
-        kinds = int(response.max()) + 1 - TRUSTS
-        found, group = np.unique(branch.astype(np.int64) * kinds + (response - TRUSTS), return_inverse=True)
-        new, wanted = (found // kinds).astype(np.int32), (found % kinds).astype(np.int32) + TRUSTS
-        forks = np.flatnonzero(new[1:] == new[:-1]) + 1
-        if len(forks):
-            old = new[forks]
-            new[forks] = self._take(len(forks))
-            self._table.copy(old, new[forks])
-            cells.branch[tracks[changes][:, np.newaxis], self.columns] = new[group].reshape(branch.shape)
-        moved: Ints = new[self.now.response[new] != wanted]
-        self.now.response[new] = wanted
+        changed = response != self.now.response[branch]
+        kept = set(branch[~changed].tolist())
+        # Few cells change in a step: sorting them with numpy takes longer than this.
+        pairs = list(zip(branch[changed].tolist(), response[changed].tolist(), strict=True))
+        row_of: dict[tuple[int, int], int] = {}
+        old = []
+        for row, wanted in dict.fromkeys(pairs):
+            if row in kept:
+                old.append(row)
+                row_of[row, wanted] = -1
+            else:
+                kept.add(row)
+                row_of[row, wanted] = row
+        if old:
+            new = self._take(len(old))
+            self._table.copy(np.array(old, np.int32), new)
+            fresh = iter(new.tolist())
+            row_of = {pair: next(fresh) if row < 0 else row for pair, row in row_of.items()}
+            branch[changed] = [row_of[pair] for pair in pairs]
+            cells.branch[cell] = branch
+        moved = np.array(list(row_of.values()), np.int32)
+        self.now.response[moved] = [wanted for _, wanted in row_of]
         return moved
 
     def _take(self, count: int) -> Ints:
