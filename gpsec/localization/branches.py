@@ -60,6 +60,8 @@ class BranchRows:
         cell = tracks[:, np.newaxis], self.columns
         branch, response = cells.branch[cell], cells.response[cell]
         changed = response != self.now.response[branch]
+        if not changed.any():
+            return tracks[:0]
         kept = set(branch[~changed].tolist())
         # Few cells change in a step: sorting them with numpy takes longer than this.
         pairs = list(zip(branch[changed].tolist(), response[changed].tolist(), strict=True))

@@ -88,16 +88,16 @@ def advancing(filter_: Filter) -> BranchLoop:
         branches: Branches,
         cells: Cells,
         tracks: Tracks,
-        vehicles: Vehicles,
+        profile: Ints,
         seen: Measurements,
-        world: World,
+        noise: FilterNoise[Floats],
         recall: Recall,
     ) -> None:
-        noise, step_s = world.noise, world.step_s
+        step_s = recall.step_s
         for row in rows:
             track = branches.track[row]
             v = tracks.vehicle[track]
-            q = vehicles.profile[v]
+            q = profile[v]
             mean = branches.mean[row]
             covariance = branches.covariance[row]
             x = tracks.fix_m[track, 0]

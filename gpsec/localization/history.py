@@ -25,17 +25,19 @@ class Recall(NamedTuple):
     Attributes:
         reach: steps that are gone back at least, where the track is that old.
         interval: steps from one kept filter to the next; back from any step, one of `SNAPSHOTS` is `reach` old.
+        step_s: length of a step.
 
     """
 
     reach: int
     interval: int
+    step_s: float
 
     @classmethod
     def over(cls, rollback_s: float, step_s: float) -> "Recall":
         """Return how to keep at least `rollback_s`."""
         reach = int(np.ceil(rollback_s / step_s - 1e-6))
-        return cls(reach, max(-(-reach // (SNAPSHOTS - 1)), 1))
+        return cls(reach, max(-(-reach // (SNAPSHOTS - 1)), 1), step_s)
 
     @property
     def steps(self) -> int:

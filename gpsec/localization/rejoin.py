@@ -11,7 +11,6 @@ from gpsec.localization.noise import FilterNoise
 from gpsec.localization.state import TRUSTS, Branches, Cells, Defences
 from gpsec.localization.world import World
 from gpsec.types.tracks import SAMPLE_S, Tracks
-from gpsec.types.vehicles import Vehicles
 
 # A fix agrees with the estimate within this many standard deviations …
 GATE_SIGMAS = 3.0
@@ -64,14 +63,14 @@ def judging(filter_: Filter) -> BranchLoop:
         cells: Cells,
         defences: Defences,
         tracks: Tracks,
-        vehicles: Vehicles,
+        profile: Ints,
         world: World,
         settings: SwitchSettings,
     ) -> None:
         noise, step_s = world.noise, world.step_s
         for row in rows:
             track = branches.track[row]
-            q = vehicles.profile[tracks.vehicle[track]]
+            q = profile[tracks.vehicle[track]]
             lost = cells.lost[track]
             comparable = tracks.residual_valid[track]
             branches.entered[row] = False
@@ -108,17 +107,17 @@ def trusting(filter_: Filter) -> BranchLoop:
     drift, trust = filter_.drift, filter_.trust
 
     @kernel
-    def trust_again(rows: Ints, branches: Branches, tracks: Tracks, vehicles: Vehicles, world: World) -> None:
+    def trust_again(rows: Ints, branches: Branches, tracks: Tracks, profile: Ints, noise: FilterNoise[Floats]) -> None:
         for row in rows:
             track = branches.track[row]
-            q = vehicles.profile[tracks.vehicle[track]]
+            q = profile[tracks.vehicle[track]]
             P = branches.covariance[row]
             ux, uy, ahead_m = along(branches.mean[row], tracks.paired_m[track, 0], tracks.paired_m[track, 1])
-            widened = drift(world.noise, q, branches.isolated_way_m[row]) + ahead_m * ahead_m
+            widened = drift(noise, q, branches.isolated_way_m[row]) + ahead_m * ahead_m
             P[0, 0] += widened * ux * ux
             P[0, 1] += widened * ux * uy
             P[1, 0] = P[0, 1]
             P[1, 1] += widened * uy * uy
-            trust(branches.mean[row], P, world.noise, q)
+            trust(branches.mean[row], P, noise, q)
 
     return trust_again

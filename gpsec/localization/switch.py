@@ -100,15 +100,15 @@ class Localization:
 
         `rows` are the track rows in use, `alarm` is (M, K).
         """
-        world, cells = self.world, state.cells
+        world, cells, profile = self.world, state.cells, vehicles.profile
         if self._goes_back:
             record_step(rows, state.history, tracks, vehicles, seen)
-        threads.run(isolate_on_alarm, rows, cells, self._defences, alarm, tracks, vehicles, world, self.settings)
+        threads.run(isolate_on_alarm, rows, cells, self._defences, alarm, tracks, profile, world, self.settings)
         for branches, entered in zip(state.families, state.part(rows), strict=True):
             branches.now.entered[entered] = True
         for family, branches in zip(self.families, state.families, strict=True):
             active, advance = branches.rows(rows, len(cells.lost)), advancing(family.filter)
-            threads.run(advance, active, branches.now, cells, tracks, vehicles, seen, world, self.recall)
+            threads.run(advance, active, branches.now, cells, tracks, profile, seen, world.noise, self.recall)
 
     def correct(
         self,
@@ -120,7 +120,7 @@ class Localization:
         threads: Threads,
     ) -> None:
         """Correct the isolated estimates of the track rows `rows`, and take GNSS back where it is time."""
-        world, cells, anybody = self.world, state.cells, False
+        world, cells, profile, anybody = self.world, state.cells, vehicles.profile, False
         for family, branches in zip(self.families, state.families, strict=True):
             active = branches.rows(rows, len(cells.lost))
             isolated = active[branches.now.response[active] >= 0]
@@ -135,12 +135,12 @@ class Localization:
                     self._rewind(response, chosen, state, branches, tracks, vehicles, threads)
                 threads.run(response.correct, chosen, branches.now, tracks, vehicles, seen, world)
             judge, defences, settings = judging(family.filter), family.defences, self.settings
-            threads.run(judge, isolated, branches.now, cells, defences, tracks, vehicles, world, settings)
+            threads.run(judge, isolated, branches.now, cells, defences, tracks, profile, world, settings)
         if not anybody:
             return
         for family, branches, joining in zip(self.families, state.families, state.part(rows), strict=True):
             if len(joining):
-                threads.run(trusting(family.filter), joining, branches.now, tracks, vehicles, world)
+                threads.run(trusting(family.filter), joining, branches.now, tracks, profile, world.noise)
 
     def _rewind(
         self,
@@ -171,7 +171,7 @@ def isolate_on_alarm(
     defences: Defences,
     alarm: Flags,
     tracks: Tracks,
-    vehicles: Vehicles,
+    profile: Ints,
     world: World,
     settings: SwitchSettings,
 ) -> None:
@@ -181,7 +181,7 @@ def isolate_on_alarm(
             cells.started[row] = tracks.fix_valid[row]
             continue
         cells.fix_age_s[row] = 0.0 if tracks.fix_valid[row] else cells.fix_age_s[row] + world.step_s
-        period_s = world.noise.gnss_period_s[vehicles.profile[tracks.vehicle[row]]]
+        period_s = world.noise.gnss_period_s[profile[tracks.vehicle[row]]]
         lost = cells.fix_age_s[row] > max(settings.outage_s, _OUTAGE_PERIODS * period_s)
         cells.lost[row] = lost
         for d in range(len(defences.column)):
