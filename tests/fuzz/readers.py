@@ -140,7 +140,7 @@ def _replay() -> int:
 
 
 def _models() -> int:
-    loaded = models.load(Path.cwd())
+    loaded = models.load_models(Path.cwd())
     names = ("chi_square", "cusum", "isolation_forest", "lstm")
     detectors = models.build_detectors(names, ["carla"], "tracked", loaded)
     models.thresholds_for(names, ["carla"], "tracked", "1e-3/sample", loaded)
