@@ -65,18 +65,22 @@ class Table(Generic[T]):
         """
         self._declared = structure(*structure._field_defaults.values())
         self._fresh = [cast("Blank", declared).row(lengths) for declared in _leaves(self._declared)]
-        self.now: T = _like(self._declared, iter([row[:0] for row in self._fresh]))
         self._capacity = 0
+        self._take([row[:0] for row in self._fresh])
         self.grow(capacity)
+
+    def _take(self, arrays: list[np.ndarray]) -> None:
+        self._arrays = arrays
+        self.now: T = _like(self._declared, iter(arrays))
 
     @property
     def capacity(self) -> int:
         """Number of rows that there is room for."""
         return self._capacity
 
-    def arrays(self) -> Iterator[np.ndarray]:
-        """Yield all arrays, those of structures in the structure, too."""
-        return _leaves(self.now)
+    def arrays(self) -> list[np.ndarray]:
+        """Return all arrays, those of structures in the structure, too."""
+        return self._arrays
 
     def grow(self, capacity: int) -> None:
         """Make room for `capacity` rows; the new ones are fresh."""
@@ -91,7 +95,7 @@ class Table(Generic[T]):
             if fresh.any():
                 grown[old:] = fresh
             arrays.append(grown)
-        self.now = _like(self._declared, iter(arrays))
+        self._take(arrays)
         self._capacity = capacity
 
     def reset(self, rows: Ints) -> None:

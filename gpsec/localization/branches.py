@@ -15,11 +15,13 @@ class BranchRows:
 
     Attributes:
         columns: (k,) the defences of the family.
+        active: rows of the branches of the tracks of this step, ascending.
     """
 
     def __init__(self, columns: Ints, states: int, snapshots: int) -> None:
         triangle = states * (states + 1) // 2
         self.columns = columns
+        self.active: Ints = np.zeros(0, np.int32)
         self._table = Table(Branches, states=states, snapshots=snapshots, triangle=triangle)
         self._slots = Slots()
 
@@ -28,11 +30,11 @@ class BranchRows:
         """The filters themselves."""
         return self._table.now
 
-    def rows(self, tracks: Ints, capacity: int) -> Ints:
-        """Return the rows of the branches of some of `capacity` track rows, ascending."""
+    def activate(self, tracks: Ints, capacity: int) -> None:
+        """Begin a step with some of `capacity` track rows."""
         wanted = np.zeros(capacity + 1, np.bool_)  # with one for the track -1 of rows that are free
         wanted[tracks] = True
-        return np.flatnonzero(wanted[self.now.track]).astype(np.int32)
+        self.active = np.flatnonzero(wanted[self.now.track]).astype(np.int32)
 
     def begin(self, cells: Cells, tracks: Ints) -> None:
         """Give each of `tracks` one fresh branch, in place of those that it had."""

@@ -9,7 +9,6 @@ from gpsec.core.kernels import inline, kernel
 from gpsec.localization.family import BranchLoop, Filter
 from gpsec.localization.noise import FilterNoise
 from gpsec.localization.state import TRUSTS, Branches, Cells, Defences
-from gpsec.localization.world import World
 from gpsec.types.tracks import SAMPLE_S, Tracks
 
 # A fix agrees with the estimate within this many standard deviations …
@@ -32,6 +31,21 @@ class SwitchSettings(NamedTuple):
     rejoin_s: float = 1.0
     outage_s: float = 0.5
     rollback_s: float = 6.0
+
+
+class SwitchRules(NamedTuple):
+    """The settings as kernels read them.
+
+    Attributes:
+        step_s: length of a step.
+        hold_s, rejoin_s: see `SwitchSettings`.
+        lost_after_s: (P,) time without a fix after which GNSS counts as lost, for each profile.
+    """
+
+    step_s: float
+    hold_s: float
+    rejoin_s: float
+    lost_after_s: Floats
 
 
 @inline
@@ -64,10 +78,10 @@ def judging(filter_: Filter) -> BranchLoop:
         defences: Defences,
         tracks: Tracks,
         profile: Ints,
-        world: World,
-        settings: SwitchSettings,
+        noise: FilterNoise[Floats],
+        rules: SwitchRules,
     ) -> None:
-        noise, step_s = world.noise, world.step_s
+        step_s = rules.step_s
         for row in rows:
             track = branches.track[row]
             q = profile[tracks.vehicle[track]]
@@ -93,8 +107,8 @@ def judging(filter_: Filter) -> BranchLoop:
                     continue
                 cells.quiet_s[track, d] = 0.0 if cells.alarm[track, d] or lost else cells.quiet_s[track, d] + step_s
                 # Half a step of tolerance: sums of steps do not meet round figures exactly.
-                quiet = cells.quiet_s[track, d] >= settings.hold_s - 0.5 * step_s
-                if comparable and quiet and branches.consistent_s[row] >= settings.rejoin_s - 0.5 * step_s:
+                quiet = cells.quiet_s[track, d] >= rules.hold_s - 0.5 * step_s
+                if comparable and quiet and branches.consistent_s[row] >= rules.rejoin_s - 0.5 * step_s:
                     cells.response[track, d] = TRUSTS
                     cells.parts[track] = True
 

@@ -17,7 +17,7 @@ from gpsec.core.threads import Threads
 from gpsec.localization.branches import BranchRows, LocalizationState
 from gpsec.localization.family import Filter, advancing
 from gpsec.localization.history import SNAPSHOTS, History, Recall, record_step
-from gpsec.localization.rejoin import SwitchSettings, judging, trusting
+from gpsec.localization.rejoin import SwitchRules, SwitchSettings, judging, trusting
 from gpsec.localization.responses import Response
 from gpsec.localization.state import TRUSTS, Cells, Defences, report_estimates
 from gpsec.localization.world import World
@@ -63,6 +63,8 @@ class Localization:
         self.world = world
         self.settings = settings
         self.recall = Recall.over(settings.rollback_s, world.step_s)
+        lost_after_s = np.maximum(settings.outage_s, _OUTAGE_PERIODS * world.noise.gnss_period_s)
+        self._rules = SwitchRules(world.step_s, settings.hold_s, settings.rejoin_s, lost_after_s)
         kinds = list(dict.fromkeys(responses))
         numbers = [kinds.index(one) if one.isolates else TRUSTS for one in responses]
         self._defences = Defences(np.arange(len(responses), dtype=np.int32), detector, np.array(numbers, np.int32))
@@ -103,12 +105,13 @@ class Localization:
         world, cells, profile = self.world, state.cells, vehicles.profile
         if self._goes_back:
             record_step(rows, state.history, tracks, vehicles, seen)
-        threads.run(isolate_on_alarm, rows, cells, self._defences, alarm, tracks, profile, world, self.settings)
+        threads.run(isolate_on_alarm, rows, cells, self._defences, alarm, tracks, profile, self._rules)
         for branches, entered in zip(state.families, state.part(rows), strict=True):
             branches.now.entered[entered] = True
         for family, branches in zip(self.families, state.families, strict=True):
-            active, advance = branches.rows(rows, len(cells.lost)), advancing(family.filter)
-            threads.run(advance, active, branches.now, cells, tracks, profile, seen, world.noise, self.recall)
+            branches.activate(rows, len(cells.lost))
+            advance = advancing(family.filter)
+            threads.run(advance, branches.active, branches.now, cells, tracks, profile, seen, world.noise, self.recall)
 
     def correct(
         self,
@@ -122,8 +125,7 @@ class Localization:
         """Correct the isolated estimates of the track rows `rows`, and take GNSS back where it is time."""
         world, cells, profile, anybody = self.world, state.cells, vehicles.profile, False
         for family, branches in zip(self.families, state.families, strict=True):
-            active = branches.rows(rows, len(cells.lost))
-            isolated = active[branches.now.response[active] >= 0]
+            isolated = branches.active[branches.now.response[branches.active] >= 0]
             if not len(isolated):
                 continue
             anybody = True
@@ -134,8 +136,8 @@ class Localization:
                 if family.rolls_back:
                     self._rewind(response, chosen, state, branches, tracks, vehicles, threads)
                 threads.run(response.correct, chosen, branches.now, tracks, vehicles, seen, world)
-            judge, defences, settings = judging(family.filter), family.defences, self.settings
-            threads.run(judge, isolated, branches.now, cells, defences, tracks, profile, world, settings)
+            judge, defences, rules = judging(family.filter), family.defences, self._rules
+            threads.run(judge, isolated, branches.now, cells, defences, tracks, profile, world.noise, rules)
         if not anybody:
             return
         for family, branches, joining in zip(self.families, state.families, state.part(rows), strict=True):
@@ -172,17 +174,15 @@ def isolate_on_alarm(
     alarm: Flags,
     tracks: Tracks,
     profile: Ints,
-    world: World,
-    settings: SwitchSettings,
+    rules: SwitchRules,
 ) -> None:
     """Give GNSS up where the detector of a defence raises an alarm, or where fixes have stopped coming."""
     for row in rows:
         if not cells.started[row]:
             cells.started[row] = tracks.fix_valid[row]
             continue
-        cells.fix_age_s[row] = 0.0 if tracks.fix_valid[row] else cells.fix_age_s[row] + world.step_s
-        period_s = world.noise.gnss_period_s[profile[tracks.vehicle[row]]]
-        lost = cells.fix_age_s[row] > max(settings.outage_s, _OUTAGE_PERIODS * period_s)
+        cells.fix_age_s[row] = 0.0 if tracks.fix_valid[row] else cells.fix_age_s[row] + rules.step_s
+        lost = cells.fix_age_s[row] > rules.lost_after_s[profile[tracks.vehicle[row]]]
         cells.lost[row] = lost
         for d in range(len(defences.column)):
             cells.alarm[row, d] = alarm[row, defences.detector[d]]

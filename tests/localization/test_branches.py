@@ -26,7 +26,7 @@ def steps(rig: Rig, count: int, **step: object) -> Rig:
 
 def used(rig: Rig) -> int:
     """Rows of branches in use, over all families."""
-    return sum(len(family.rows(rig.rows, rig.count)) for family in rig.state.families)
+    return sum(int((family.now.track >= 0).sum()) for family in rig.state.families)
 
 
 def test_defences_of_one_filter_share_it_until_an_alarm(straight):
