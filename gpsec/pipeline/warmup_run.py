@@ -84,6 +84,8 @@ def _correct(scenario: Scenario) -> None:
         for number, _ in family.responses:
             state = localization.new_state(1)
             state.reset(first)
+            for rows in state.families:
+                rows.activate(first, 1)
             branches = state.families[place].now
             branches.response[:], branches.entered[:], state.cells.parts[:] = number, True, True
             localization.correct(state, first, tracks, vehicles, seen, threads)
