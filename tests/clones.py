@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-# A scenario of 20 s in which everybody is attacked by the first attack that there is, before anything is trained.
+# A scenario of 20 s that needs nothing that is trained.
 SHORT = """
 sumocfg = "{root}/scenarios/slow_curve/slow_curve.sumocfg"
 duration_s = 20.0
@@ -19,10 +19,8 @@ detectors = []
 [[defences]]
 detector = "oracle"
 response = "{response}"
-[[plans]]
-attack = "constant_bias"
-share = 1.0
-"""
+{plans}"""
+EVERYBODY = '[[plans]]\nattack = "constant_bias"\nshare = 1.0\n'
 
 
 class Clone:
@@ -62,9 +60,9 @@ class Clone:
         self.run("-m", "ruff", "check", *names)
         self.run("-m", "ruff", "format", "--check", *names)
 
-    def evaluate(self, profile: str = "dsd", response: str = "none") -> Path:
+    def evaluate(self, profile: str = "dsd", response: str = "none", plans: str = EVERYBODY) -> Path:
         """Run a short scenario and return the folder of its results."""
-        text = SHORT.format(root=self.path, profile=profile, response=response)
+        text = SHORT.format(root=self.path, profile=profile, response=response, plans=plans)
         (self.path / "mine.toml").write_text(text, "utf-8")
         self.run("-m", "gpsec", "run", "mine.toml", "--out", "found", "--no-report")
         return self.path / "found"

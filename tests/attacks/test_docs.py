@@ -2,11 +2,7 @@
 
 import ast
 import importlib.util
-import os
 import re
-import shutil
-import subprocess
-import sys
 import tomllib
 from pathlib import Path
 
@@ -19,6 +15,7 @@ from gpsec.attacks.zones import zone_keys
 from gpsec.scenario import parts
 from gpsec.testing import check_attack
 from gpsec.testing.victims import displacement, make_victims
+from tests.clones import Clone
 
 GUIDE = (Path(__file__).parents[2] / "docs" / "adding-an-attack.md").read_text(encoding="utf-8")
 
@@ -73,45 +70,20 @@ def test_the_row_of_the_example_keeps_the_contract_and_the_plan_runs(tmp_path: P
 
 
 @pytest.mark.slow
-def test_the_guide_is_followed_whole_in_a_fresh_clone(repository: Path, tmp_path: Path) -> None:
-    clone = tmp_path / "clone"
-    left_out = shutil.ignore_patterns(".*", "results", "build", "__pycache__")
-    shutil.copytree(repository, clone, ignore=left_out)
-    (clone / "gpsec" / "attacks" / "sway.py").write_text(block("python"), encoding="utf-8")
-    insert(
-        clone / "gpsec" / "attacks" / "registry.py",
-        "from gpsec.attacks.two_stage",
-        "from gpsec.attacks.sway import Sway",
-    )
-    insert(clone / "gpsec" / "attacks" / "registry.py", "    LaneAlias,", "    Sway,")
+def test_the_guide_is_followed_whole_in_a_copy_of_the_sources(tmp_path: Path) -> None:
+    clone = Clone(tmp_path)
+    (tmp_path / "gpsec" / "attacks" / "sway.py").write_text(block("python"), encoding="utf-8")
     row = re.search(r"AttackCase\(ATTACKS\[\"sway\"\], .*\),", GUIDE)
     assert row
-    insert(clone / "tests" / "attacks" / "test_contract.py", "    AttackCase(", f"    {row[0]}")
-    (clone / "mine.toml").write_text(
-        f'sumocfg = "{clone / "scenarios" / "slow_curve" / "slow_curve.sumocfg"}"\nduration_s = 20.0\n{block("toml")}'
-        "[fleet]\nsettle_s = 1.0\n[detection]\ndetectors = []\n[[defences]]\ndetector = 'never'\nresponse = 'none'\n",
-        encoding="utf-8",
+    first = "from gpsec.attacks.two_stage"
+    clone.edit(
+        "gpsec/attacks/registry.py",
+        (first, f"from gpsec.attacks.sway import Sway\n{first}"),
+        ("    LaneAlias,", "    Sway,\n    LaneAlias,"),
     )
-    done = run_in(clone, "docs/generate.py")
-    done += run_in(
-        clone, "-m", "pytest", "-q", "-n", "0", "tests/attacks/test_contract.py", "tests/scenario/test_schema.py"
-    )
-    done += run_in(clone, "-m", "ruff", "check", "gpsec/attacks", "tests/attacks")
-    done += run_in(clone, "-m", "ruff", "format", "--check", "gpsec/attacks", "tests/attacks")
-    done += run_in(clone, "-m", "gpsec", "run", "mine.toml", "--out", "found", "--no-report")
-    assert "sway" in (clone / "found" / "events.csv").read_text("utf-8"), done
-    assert "\nsway " in run_in(clone, "-m", "gpsec", "list", "attacks")
-
-
-def insert(file: Path, before: str, line: str) -> None:
-    text = file.read_text("utf-8")
-    file.write_text(text.replace(before, f"{line}\n{before}", 1), "utf-8")
-
-
-def run_in(clone: Path, *arguments: str) -> str:
-    environment = os.environ | {"PYTHONPATH": str(clone)}
-    done = subprocess.run(
-        [sys.executable, *arguments], cwd=clone, env=environment, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, f"{arguments}: {done.stdout}\n{done.stderr}"
-    return done.stdout
+    clone.edit("tests/attacks/test_contract.py", ("    AttackCase(", f"    {row[0]}\n    AttackCase("))
+    clone.run("docs/generate.py")
+    clone.run("-m", "pytest", "-n", "0", "tests/attacks/test_contract.py", "tests/scenario/test_schema.py")
+    clone.lint("gpsec/attacks", "tests/attacks")
+    assert "sway" in (clone.evaluate(plans=block("toml")) / "events.csv").read_text("utf-8")
+    assert "\nsway " in clone.run("-m", "gpsec", "list", "attacks")
