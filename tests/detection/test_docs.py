@@ -1,10 +1,6 @@
 """What the docs say of detectors is so, and their guide leads to one that works."""
 
-import os
 import re
-import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -22,6 +18,7 @@ from gpsec.detection.lstm_cusum import LstmCusum
 from gpsec.detection.registry import DETECTORS
 from gpsec.scenario import parts
 from gpsec.testing import DETECTOR_CHECKS, check_detector
+from tests.clones import Clone
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -85,20 +82,10 @@ def test_the_example_of_the_guide_keeps_the_contract(tmp_path: Path, monkeypatch
 
 @pytest.mark.slow
 def test_the_guide_leads_to_a_detector_that_passes_lint_and_contract(tmp_path: Path) -> None:
-    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True)
-    for name in listed.stdout.splitlines():
-        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(ROOT / name, tmp_path / name)
+    clone = Clone(tmp_path)
     _follow(tmp_path)
     tests = ["tests/detection/test_contract.py", "tests/detection/test_docs.py"]
-    for command in (
-        ["ruff", "check", "gpsec"],
-        ["ruff", "format", "--check", "gpsec"],
-        ["mypy", "gpsec/detection"],
-        ["pytest", "-n", "0", "-m", "not slow", "-k", "smooth or parameters", *tests],
-    ):
-        environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
-        command = [sys.executable, "-m", *command]
-        done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, done.stdout + done.stderr
-    assert f"{len(DETECTOR_CHECKS) + 1} passed" in done.stdout
+    clone.lint("gpsec")
+    clone.run("-m", "mypy", "gpsec/detection")
+    said = clone.run("-m", "pytest", "-n", "0", "-m", "not slow", "-k", "smooth or parameters", *tests)
+    assert f"{len(DETECTOR_CHECKS) + 1} passed" in said
