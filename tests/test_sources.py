@@ -109,12 +109,13 @@ def test_a_digest_goes_by_content_and_not_by_place(copy: Path) -> None:
         ("attacks/drift.py", {"attacks"}),
         ("pipeline/run.py", set()),
         ("hdmap/search.py", {"hdmap", *sources.STAGES}),
-        ("types/tracks.py", {"types", "hdmap", *sources.STAGES}),
-        ("core/kernels.py", {"core", "types", "hdmap", *sources.STAGES}),
+        ("filters/ekf.py", {"filters", "hdmap", *sources.STAGES}),
+        ("types/tracks.py", {"types", "filters", "hdmap", *sources.STAGES}),
+        ("core/kernels.py", {"core", "types", "filters", "hdmap", *sources.STAGES}),
     ],
 )
 def test_an_edit_changes_its_layer_and_those_above(copy: Path, edited: str, changed: set[str]) -> None:
-    names = {"core", "types", "hdmap", *sources.STAGES}
+    names = {"core", "types", "filters", "hdmap", *sources.STAGES}
     before = {name: sources.digest(f"gpsec.{name}") for name in names}
     with (copy / edited).open("a") as file:
         file.write("# edited\n")

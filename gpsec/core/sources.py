@@ -28,7 +28,7 @@ ABOVE = frozenset(
 STAGES = frozenset(["traffic", "sensors", "attacks", "detection", "localization", "outcomes"])
 # As the import contracts in pyproject.toml have it, from the top: a layer imports those of the ranks below its own, and
 # itself. What is not here is a basic, which all may import.
-RANKS = (ABOVE, STAGES, frozenset(["hdmap"]), frozenset(["types"]))
+RANKS = (ABOVE, STAGES, frozenset(["hdmap"]), frozenset(["filters"]), frozenset(["types"]))
 
 # The state of sources when the first kernel of their layer was met, which is when they were imported.
 _noticed: dict[Path, list[tuple[int, int]]] = {}

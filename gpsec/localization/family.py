@@ -11,8 +11,8 @@ from functools import cache
 from gpsec.core.arrays import Floats, Ints
 from gpsec.core.geo import wrap_angle
 from gpsec.core.kernels import inline, kernel
+from gpsec.filters.noise import FilterNoise
 from gpsec.localization.history import History, Recall, entry, keep_snapshot, restore
-from gpsec.localization.noise import FilterNoise
 from gpsec.localization.state import Branches, Cells
 from gpsec.localization.world import LaneSight, Room, World
 from gpsec.types.tracks import Tracks

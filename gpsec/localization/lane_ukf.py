@@ -10,12 +10,12 @@ from math import cos, sqrt, tan
 from gpsec.core.arrays import Floats
 from gpsec.core.geo import wrap_angle
 from gpsec.core.kernels import inline
+from gpsec.filters.learning import GYRO_ERROR, SCALE, SLOW
+from gpsec.filters.noise import FilterNoise
 from gpsec.hdmap.around import gather_around, nearest_of
 from gpsec.hdmap.arrays import Pose
 from gpsec.hdmap.matching import view_on
 from gpsec.hdmap.search import MIN_COS, TRACKED, match
-from gpsec.localization.learning import GYRO_ERROR, SCALE, SLOW
-from gpsec.localization.noise import FilterNoise
 from gpsec.localization.world import LaneSight, Room, World
 
 ACTIVE = 6

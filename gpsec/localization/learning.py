@@ -1,105 +1,20 @@
-"""A filter that learns its odometer's scale and its gyro's bias while GNSS is trusted.
+"""The filter of responses that learn: what it does when GNSS is given up, and when it is taken back.
 
-State, trusting GNSS: east, north, yaw, slow GNSS error east and north, scale error of the odometer, bias of the gyro.
-The slow GNSS error is there for the same reason as in the EKF of the other responses, and here for another: what is
-drift of the receiver would otherwise be learnt as scale. Isolated, the slow error of the camera's offset takes the
-place of that of GNSS east; that of GNSS north is not used.
-
-A lasting error is a state here, so that nothing has to stand in for it as white noise.
+Its motion is that of `gpsec.filters.learning`.
 """
 
-from math import exp
-
 from gpsec.core.arrays import Floats
-from gpsec.core.geo import dead_reckon, wrap_angle
 from gpsec.core.kernels import inline
-from gpsec.localization import ekf
+from gpsec.filters.learning import (
+    LEARNING_STATES,
+    SLOW,
+    SLOW_NORTH,
+    predict_learnt,
+    start_learning,
+    update_learning,
+)
+from gpsec.filters.noise import FilterNoise
 from gpsec.localization.family import Filter
-from gpsec.localization.noise import FilterNoise
-
-# Filter state: that of the EKF, scale error of the odometer (ratio) and bias of the gyro (rad/s).
-LEARNING_STATES = 7
-SLOW, SLOW_NORTH, SCALE, GYRO_ERROR = 3, 4, 5, 6
-
-
-@inline
-def _start(
-    mean: Floats,
-    covariance: Floats,
-    noise: FilterNoise[Floats],
-    profile: int,
-    x_m: float,
-    y_m: float,
-    heading_rad: float,
-) -> None:
-    """Start a filter at its first fix; of scale and bias it knows the data sheet."""
-    ekf.start_at_fix(mean, covariance, noise, profile, x_m, y_m, heading_rad)
-    mean[SCALE] = 0.0
-    mean[GYRO_ERROR] = 0.0
-    covariance[SCALE, SCALE] = noise.odometer_scale[profile] ** 2
-    covariance[GYRO_ERROR, GYRO_ERROR] = noise.gyro_bias_rps[profile] ** 2
-
-
-@inline
-def _predict(
-    mean: Floats,
-    covariance: Floats,
-    noise: FilterNoise[Floats],
-    profile: int,
-    speed_mps: float,
-    yaw_rate_rps: float,
-    step_s: float,
-    isolated: bool,
-) -> None:
-    """Propagate by one step: x' = f(x, u), P' = F P Fᵀ + Q, along the arc of the corrected speed and yaw rate."""
-    P = covariance
-    scale = 1.0 + mean[SCALE]
-    distance = speed_mps * step_s / scale
-    turn = (yaw_rate_rps - mean[GYRO_ERROR]) * step_s
-    x, y = dead_reckon(mean[0], mean[1], mean[2], distance, turn)
-    dx = x - mean[0]
-    dy = y - mean[1]
-    if isolated:
-        # The bias fades, the mounting offset does not: this is how their sum is correlated over a step.
-        slow = noise.camera_bias_m[profile] ** 2 + noise.camera_mount_m[profile] ** 2
-        fades = noise.camera_bias_m[profile] ** 2 / slow if slow > 0.0 else 0.0
-        decay = 1.0 - fades * (1.0 - exp(-step_s / noise.camera_bias_tau_s[profile]))
-    else:
-        slow = noise.gnss_bias_m[profile] ** 2
-        decay = exp(-step_s / noise.gnss_bias_tau_s[profile])
-    keeps = exp(-step_s / noise.gyro_bias_tau_s[profile])
-    # Derivatives of position by yaw, by scale and by gyro bias: half of a turn is made before the middle of the arc.
-    half = 0.5 * step_s
-    for j in range(LEARNING_STATES):
-        P[0, j] += -dy * P[2, j] - dx / scale * P[SCALE, j] + half * dy * P[GYRO_ERROR, j]
-        P[1, j] += dx * P[2, j] - dy / scale * P[SCALE, j] - half * dx * P[GYRO_ERROR, j]
-        P[2, j] -= step_s * P[GYRO_ERROR, j]
-        P[SLOW, j] *= decay
-        P[SLOW_NORTH, j] *= decay
-        P[GYRO_ERROR, j] *= keeps
-    for i in range(LEARNING_STATES):
-        P[i, 0] += -dy * P[i, 2] - dx / scale * P[i, SCALE] + half * dy * P[i, GYRO_ERROR]
-        P[i, 1] += dx * P[i, 2] - dy / scale * P[i, SCALE] - half * dx * P[i, GYRO_ERROR]
-        P[i, 2] -= step_s * P[i, GYRO_ERROR]
-        P[i, SLOW] *= decay
-        P[i, SLOW_NORTH] *= decay
-        P[i, GYRO_ERROR] *= keeps
-    along = (noise.odometer_white_mps[profile] * step_s) ** 2
-    ekf.add_along(P, along, mean[2] + 0.5 * turn)
-    P[2, 2] += (noise.gyro_white_rps[profile] * step_s) ** 2
-    P[SLOW, SLOW] += slow * (1.0 - decay * decay)
-    if not isolated:
-        P[SLOW_NORTH, SLOW_NORTH] += slow * (1.0 - decay * decay)
-    P[GYRO_ERROR, GYRO_ERROR] += noise.gyro_bias_rps[profile] ** 2 * (1.0 - keeps * keeps)
-    mean[0] = x
-    mean[1] = y
-    mean[2] = wrap_angle(mean[2] + turn)
-    mean[SLOW] *= decay
-    mean[SLOW_NORTH] *= decay
-    mean[GYRO_ERROR] *= keeps
-
-
-_update = ekf.updating(LEARNING_STATES)
 
 
 @inline
@@ -137,4 +52,6 @@ def _trust(mean: Floats, covariance: Floats, noise: FilterNoise[Floats], profile
     covariance[SLOW_NORTH, SLOW_NORTH] = noise.gnss_bias_m[profile] ** 2
 
 
-LEARNING_EKF = Filter(LEARNING_STATES, _start, _predict, _update, _isolate, _take_yaw, _drift, _trust)
+LEARNING_EKF = Filter(
+    LEARNING_STATES, start_learning, predict_learnt, update_learning, _isolate, _take_yaw, _drift, _trust
+)

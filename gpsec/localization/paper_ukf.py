@@ -9,14 +9,14 @@ from math import cos, sin, sqrt
 from gpsec.core.arrays import Floats
 from gpsec.core.geo import dead_reckon, wrap_angle
 from gpsec.core.kernels import inline
+from gpsec.filters import ekf
+from gpsec.filters.ekf import process_noise
+from gpsec.filters.noise import FilterNoise
 from gpsec.hdmap.around import gather_around, nearest_of
 from gpsec.hdmap.arrays import Pose
 from gpsec.hdmap.matching import offset_on
 from gpsec.hdmap.search import MIN_COS, TRACKED, match
-from gpsec.localization import ekf
-from gpsec.localization.ekf import process_noise
 from gpsec.localization.family import Filter
-from gpsec.localization.noise import FilterNoise
 from gpsec.localization.world import LaneSight, Room, World
 
 # alpha = 1 and kappa = 1 put the points at sqrt(3) standard deviations, which matches the fourth moment of a Gaussian

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 from gpsec.core.arrays import Floats, Ints
 from gpsec.core.kernels import inline, kernel
+from gpsec.filters.noise import FilterNoise
 from gpsec.localization.family import BranchLoop, Filter
-from gpsec.localization.noise import FilterNoise
 from gpsec.localization.state import TRUSTS, Branches, Cells, Defences
 from gpsec.types.tracks import SAMPLE_S, Tracks
 

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from gpsec.core.arrays import Floats, Ints
+from gpsec.filters.noise import FilterNoise
 from gpsec.hdmap.arrays import MapView
-from gpsec.localization.noise import FilterNoise
 
 # Segments that one search may find for all sigma points; where there are more, each point is searched for.
 NEAR = 64

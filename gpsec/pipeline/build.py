@@ -12,10 +12,10 @@ from gpsec.attacks.zones import plans_from_zones, zone_keys
 from gpsec.detection.base import Detection
 from gpsec.detection.models import build_detectors, load_models, thresholds_for
 from gpsec.detection.pairing import Sampling
+from gpsec.filters.noise import noise_table
 from gpsec.hdmap.arrays import MapView
 from gpsec.hdmap.map import HDMap, load_map
 from gpsec.hdmap.search import MODES
-from gpsec.localization.noise import noise_table
 from gpsec.localization.registry import RESPONSES
 from gpsec.localization.rejoin import SwitchSettings
 from gpsec.localization.switch import Localization

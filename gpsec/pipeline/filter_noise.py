@@ -2,7 +2,7 @@
 
 from math import pi, radians, sqrt
 
-from gpsec.localization.noise import FilterNoise
+from gpsec.filters.noise import FilterNoise
 from gpsec.sensors.profiles import SensorProfile, residual_sigma_m
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints, UnscentedKalmanFilter
 
 from gpsec.core.arrays import Floats
-from gpsec.localization.noise import LASTING_ERROR_S, FilterNoise
+from gpsec.filters.noise import LASTING_ERROR_S, FilterNoise
 from gpsec.reference.matching import LaneMatcher
 from gpsec.reference.sight import Sight
 

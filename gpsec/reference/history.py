@@ -4,7 +4,7 @@ from copy import deepcopy
 from dataclasses import dataclass
 from math import ceil
 
-from gpsec.localization.noise import FilterNoise
+from gpsec.filters.noise import FilterNoise
 from gpsec.localization.rejoin import SwitchSettings
 from gpsec.reference.filters import GnssEkf, PositionUkf, wrapped
 from gpsec.reference.learning import LaneUkf, LearningEkf

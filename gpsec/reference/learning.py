@@ -6,7 +6,7 @@ import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints, UnscentedKalmanFilter
 
 from gpsec.core.arrays import Floats
-from gpsec.localization.noise import FilterNoise
+from gpsec.filters.noise import FilterNoise
 from gpsec.reference.filters import NoLaneError, arc, not_given, wrapped
 from gpsec.reference.matching import LaneMatcher
 from gpsec.reference.sight import Sight

@@ -8,8 +8,8 @@ from gpsec.core.stopwatch import Stopwatch
 from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
 from gpsec.detection.base import Detection
+from gpsec.filters.noise import noise_of
 from gpsec.hdmap.map import HDMap
-from gpsec.localization.noise import noise_of
 from gpsec.localization.switch import Localization
 from gpsec.localization.world import World
 from gpsec.reference.detector import Scale, TrackDetector

@@ -10,10 +10,10 @@ import numpy as np
 from gpsec.core.arrays import Floats, Ints
 from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
+from gpsec.filters.noise import FilterNoise, noise_table
 from gpsec.hdmap.arrays import MapView
 from gpsec.hdmap.map import HDMap, compile_map
 from gpsec.hdmap.search import TRACKED
-from gpsec.localization.noise import FilterNoise, noise_table
 from gpsec.localization.registry import RESPONSES
 from gpsec.localization.rejoin import SwitchSettings
 from gpsec.localization.responses import Response

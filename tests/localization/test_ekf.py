@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gpsec.localization import ekf
-from gpsec.localization.noise import FilterNoise, noise_table
+from gpsec.filters import ekf
+from gpsec.filters.noise import FilterNoise, noise_table
 from gpsec.testing.contract import STEP_S
 from gpsec.testing.rig import RIG_FIGURES, Rig, rig_figures
 

@@ -3,9 +3,9 @@ from math import cos, pi, sin, sqrt
 import numpy as np
 import pytest
 
+from gpsec.filters.noise import noise_table
 from gpsec.hdmap.map import HDMap, compile_map
 from gpsec.localization import lane_ukf
-from gpsec.localization.noise import noise_table
 from gpsec.testing.contract import STEP_S
 from gpsec.testing.rig import RIG_FIGURES, Rig, rig_figures
 

@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
 
+from gpsec.filters import learning
+from gpsec.filters.noise import noise_table
 from gpsec.hdmap.arrays import MapView
 from gpsec.hdmap.map import HDMap, compile_map
 from gpsec.hdmap.search import NEAREST, TRACKED
-from gpsec.localization import lane_ukf, learning
-from gpsec.localization.noise import noise_table
+from gpsec.localization import lane_ukf
+from gpsec.localization.learning import LEARNING_EKF
 from gpsec.localization.world import LaneSight, World, make_room
 from gpsec.testing.contract import STEP_S
 from gpsec.testing.rig import RIG_FIGURES
@@ -110,7 +112,7 @@ def test_the_cameras_mounting_stays_and_its_bias_fades(ago_s):
     decay = 1.0 - bias / (bias + mount) * (1.0 - exp(-STEP_S / f.camera_bias_tau_s))
     steps = round(ago_s / STEP_S)
     for _ in range(steps):
-        learning.LEARNING_EKF.predict(mean, covariance, table, 0, 10.0, 0.0, STEP_S, True)
+        LEARNING_EKF.predict(mean, covariance, table, 0, 10.0, 0.0, STEP_S, True)
     assert mean[learning.SLOW] == pytest.approx(0.08 * decay**steps, rel=1e-9)
     assert covariance[learning.SLOW, learning.SLOW] == pytest.approx(bias + mount, rel=1e-9)
     # Without GNSS there is nothing that the receiver's slow error could add.

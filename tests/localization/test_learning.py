@@ -3,8 +3,9 @@ from math import cos, exp, pi
 import numpy as np
 import pytest
 
-from gpsec.localization import learning
-from gpsec.localization.noise import noise_table
+from gpsec.filters import learning
+from gpsec.filters.noise import noise_table
+from gpsec.localization.learning import LEARNING_EKF
 from gpsec.testing.contract import STEP_S
 from gpsec.testing.rig import Rig, rig_figures
 
@@ -14,7 +15,7 @@ STATES = learning.LEARNING_STATES
 
 def moved(mean: np.ndarray, speed: float, rate: float, isolated: bool) -> np.ndarray:
     after = mean.copy()
-    learning.LEARNING_EKF.predict(
+    LEARNING_EKF.predict(
         after, np.zeros((STATES, STATES)), noise_table([RIG_FIGURES]), 0, speed, rate, STEP_S, isolated
     )
     return after
@@ -34,8 +35,8 @@ def test_the_covariance_follows_the_derivatives_of_the_motion(isolated):
         F[:, i] = (moved(mean + step, 12.0, 0.3, isolated) - moved(mean - step, 12.0, 0.3, isolated)) / 2e-5
     Q, found = np.zeros((STATES, STATES)), P.copy()
     table = noise_table([RIG_FIGURES])
-    learning.LEARNING_EKF.predict(mean.copy(), Q, table, 0, 12.0, 0.3, STEP_S, isolated)
-    learning.LEARNING_EKF.predict(mean.copy(), found, table, 0, 12.0, 0.3, STEP_S, isolated)
+    LEARNING_EKF.predict(mean.copy(), Q, table, 0, 12.0, 0.3, STEP_S, isolated)
+    LEARNING_EKF.predict(mean.copy(), found, table, 0, 12.0, 0.3, STEP_S, isolated)
     # The chord also shortens as its turn grows, by a thousandth of the way in a second; F leaves that out.
     np.testing.assert_allclose(found, F @ P @ F.T + Q, atol=5e-3)
 
@@ -50,7 +51,7 @@ def test_errors_are_as_large_as_the_filter_says():
         scale, gyro = rng.normal(0.0, f.odometer_scale), rng.normal(0.0, f.gyro_bias_rps)
         fix = truth[:2] + slow + rng.normal(0.0, f.gnss_white_m, 2)
         mean, P = np.zeros(STATES), np.zeros((STATES, STATES))
-        learning.LEARNING_EKF.start(mean, P, table, 0, fix[0], fix[1], rng.normal(0.0, f.heading_rad))
+        LEARNING_EKF.start(mean, P, table, 0, fix[0], fix[1], rng.normal(0.0, f.heading_rad))
         for step in range(150):
             speed, rate = 10.0, 0.2 * cos(step / 20.0)
             middle = truth[2] + rate * STEP_S / 2
@@ -59,9 +60,9 @@ def test_errors_are_as_large_as_the_filter_says():
             gyro = keeps * gyro + rng.normal(0.0, f.gyro_bias_rps * np.sqrt(1.0 - keeps**2))
             seen_speed = speed * (1.0 + scale) + rng.normal(0.0, f.odometer_white_mps)
             seen_rate = rate + gyro + rng.normal(0.0, f.gyro_white_rps)
-            learning.LEARNING_EKF.predict(mean, P, table, 0, seen_speed, seen_rate, STEP_S, False)
+            LEARNING_EKF.predict(mean, P, table, 0, seen_speed, seen_rate, STEP_S, False)
             fix = truth[:2] + slow + rng.normal(0.0, f.gnss_white_m, 2)
-            assert learning.LEARNING_EKF.update(mean, P, innovation, fix[0], fix[1], f.gnss_white_m) == 0
+            assert LEARNING_EKF.update(mean, P, innovation, fix[0], fix[1], f.gnss_white_m) == 0
         error = np.concatenate([truth, slow, [scale, gyro]]) - mean
         error[2] = (error[2] + pi) % (2.0 * pi) - pi
         squares.append(error @ np.linalg.solve(P, error))

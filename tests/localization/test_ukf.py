@@ -6,11 +6,11 @@ import shapely
 from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
 
 from gpsec.core.tables import Table
+from gpsec.filters.noise import noise_table
 from gpsec.hdmap.arrays import MapView
 from gpsec.hdmap.map import HDMap, compile_map
 from gpsec.hdmap.search import NEAREST, TRACKED
 from gpsec.localization import paper_ukf
-from gpsec.localization.noise import noise_table
 from gpsec.localization.responses import CameraUkf
 from gpsec.localization.state import Branches
 from gpsec.localization.world import World

@@ -14,7 +14,7 @@ from gpsec.core.kernels import Compiled
 from gpsec.detection.base import Detector
 from gpsec.detection.forest_training import flatten
 from gpsec.detection.lstm_training import ResidualLstm, to_arrays
-from gpsec.localization.noise import FilterNoise
+from gpsec.filters.noise import FilterNoise
 from gpsec.localization.rejoin import SwitchSettings
 from gpsec.reference.detectors import detector_maker
 from gpsec.reference.forecast import PlainNetwork

@@ -11,7 +11,7 @@ from math import cos, exp, sin, sqrt
 from gpsec.core.arrays import Floats
 from gpsec.core.geo import dead_reckon, wrap_angle
 from gpsec.core.kernels import inline
-from gpsec.localization.noise import LASTING_ERROR_S, FilterNoise
+from gpsec.filters.noise import LASTING_ERROR_S, FilterNoise
 
 STATES = 5
 
