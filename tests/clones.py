@@ -17,7 +17,7 @@ profile = "{profile}"
 [detection]
 detectors = []
 [[defences]]
-detector = "oracle"
+detector = "told"
 response = "{response}"
 {plans}"""
 EVERYBODY = '[[plans]]\nattack = "constant_bias"\nshare = 1.0\n'

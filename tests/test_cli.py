@@ -111,6 +111,10 @@ BAD_TOML = {
         ["detection.detectors", "'cusum' is listed twice"],
     ),
     "unknown rate": ("[detection]\nfalse_alarm_rate = '1e-3/smple'", ["detection.false_alarm_rate", "'1e-3/sample'"]),
+    "former name of told": (
+        "[[defences]]\ndetector = 'oracle'\nresponse = 'ukf'",
+        ["defences.0.detector", "'oracle' is called 'told' now"],
+    ),
     "unknown detector of a defence": (
         "[[defences]]\ndetector = 'lst'\nresponse = 'ukf'",
         ["defences.0.detector", "unknown detector 'lst'", "did you mean 'lstm'?"],
@@ -406,7 +410,7 @@ def test_list_shows_a_line_a_part(capsys: pytest.CaptureFixture[str]) -> None:
     }
     assert cli.main(["list", "detectors"]) == 0
     names = {line.split()[0] for line in capsys.readouterr().out.splitlines()}
-    assert names == {"chi_square", "cusum", "isolation_forest", "lstm", "lstm_cusum", "oracle", "never"}
+    assert names == {"chi_square", "cusum", "isolation_forest", "lstm", "lstm_cusum", "told", "never"}
     assert cli.main(["list", "responses"]) == 0
     assert {line.split()[0] for line in capsys.readouterr().out.splitlines()} == {
         *("none", "dead_reckoning", "ukf", "rollback", "ukf5", "ukf5_rollback")

@@ -84,7 +84,7 @@ def test_defaults_are_every_attack_and_the_six_defences(folder: Path) -> None:
     scenario = load(folder)
     assert [defence.name for defence in scenario.defences] == [
         "never+none",
-        "oracle+ukf",
+        "told+ukf",
         "chi_square+ukf",
         "cusum+ukf",
         "isolation_forest+ukf",
@@ -97,7 +97,7 @@ def test_defaults_are_every_attack_and_the_six_defences(folder: Path) -> None:
 
 def test_default_defences_follow_the_detectors(folder: Path) -> None:
     scenario = load(folder, "[detection]\ndetectors = ['cusum']")
-    assert [defence.name for defence in scenario.defences] == ["never+none", "oracle+ukf", "cusum+ukf"]
+    assert [defence.name for defence in scenario.defences] == ["never+none", "told+ukf", "cusum+ukf"]
 
 
 @pytest.mark.parametrize(
@@ -193,7 +193,7 @@ def test_bundled_scenarios_have_every_attack_and_the_defences(toml: Path) -> Non
     assert scenario.name == toml.parent.name
     assert len({plan.attack for plan in scenario.plans}) == 8
     names = [defence.name for defence in scenario.defences]
-    assert names[:2] == ["never+none", "oracle+ukf"]
+    assert names[:2] == ["never+none", "told+ukf"]
     assert {"chi_square+ukf", "cusum+ukf", "isolation_forest+ukf", "lstm+ukf", "lstm+dead_reckoning"} <= set(names)
 
 

@@ -66,7 +66,7 @@ class Detector(ABC):
 
 
 class LabelledDetector(ABC):
-    """A bound of every table, not a detector: it is told the truth, and has no state."""
+    """Not a detector: it is told the truth, and has no state."""
 
     name: ClassVar[str]
 

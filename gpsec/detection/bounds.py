@@ -1,4 +1,4 @@
-"""The lower and the upper bound of every table."""
+"""What frames every table: no alarm at all, and one that is told at once."""
 
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
@@ -41,10 +41,14 @@ class Never(Detector):
 
 
 @dataclass(frozen=True)
-class Oracle(LabelledDetector):
-    """Is in alarm exactly while the attack is active."""
+class Told(LabelledDetector):
+    """Is in alarm exactly while the attack is active.
 
-    name: ClassVar[str] = "oracle"
+    It is no upper bound: isolating at once costs the drift of the odometer from the first second on, which becomes
+    cross-track error in the next turn, where a later alarm has kept an error along the lane that was smaller.
+    """
+
+    name: ClassVar[str] = "told"
 
     def update(self, rows: Ints, attacked: Flags, answers: Answers, column: int) -> None:
         """Score 1 under attack, else 0; every row is scored."""

@@ -6,7 +6,7 @@ from typing import Any
 
 from gpsec.core.registry import Registry
 from gpsec.detection.base import Detector, LabelledDetector
-from gpsec.detection.bounds import Never, Oracle
+from gpsec.detection.bounds import Never, Told
 from gpsec.detection.chi_square import ChiSquare
 from gpsec.detection.cusum import Cusum
 from gpsec.detection.isolation_forest import IsolationForest
@@ -83,8 +83,8 @@ DETECTORS: Registry[Entry] = Registry(
             LstmCusum.from_learned,
             learns_from=Lstm.name,
         ),
-        Oracle.name: Entry("is told the truth: the upper bound", lambda learned: Oracle(), threshold=0.5),
-        Never.name: Entry("never raises an alarm: the lower bound", lambda learned: Never(), threshold=1.0),
+        Told.name: Entry("is told at once when an attack begins and ends", lambda learned: Told(), threshold=0.5),
+        Never.name: Entry("never raises an alarm", lambda learned: Never(), threshold=1.0),
     },
     _take,
 )

@@ -21,7 +21,7 @@ from gpsec.outcomes.tables import read_table
 from gpsec.types.constants import MANIFEST, UNDEFENDED
 
 # Bounds of every table; there is nothing in their precision and recall that is not known beforehand.
-_BOUNDS = {"oracle", "never"}
+_BOUNDS = {"told", "never"}
 _HEADING_WIDTH = 14
 # Names are folded beyond the widest, and never squeezed below the narrowest.
 _NARROWEST_LABEL = 10
@@ -84,10 +84,10 @@ def _detection(
         for name, detector in zip(rows["attack"], rows["detector"], strict=True)
     }
     events = rows[(rows["n_events"] > 0) & ~rows["detector"].isin(_BOUNDS)]
-    caption = "mean and interval over resampled vehicles; oracle and never are in detection.csv"
+    caption = "mean and interval over resampled vehicles; told and never are in detection.csv"
     table = _detection_table(events, paper, wide=True)
     if not _fits(table, console):
-        caption = "intervals, oracle and never are in detection.csv"
+        caption = "intervals, told and never are in detection.csv"
         table = _detection_table(events, paper, wide=False)
     if any(paper.values()):
         caption += "; the paper's figures are for its own data and parameters"

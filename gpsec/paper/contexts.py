@@ -29,7 +29,7 @@ def recall_by_context(run: Path, attack: str) -> dict[str, dict[str, Estimate]]:
     found = {}
     for column in log.columns:
         name = column.removesuffix("_alarm")
-        if name == column or name in ("never", "oracle"):
+        if name == column or name in ("never", "told"):
             continue
         found[name] = {
             context: _share(log[log["context"] == context], column) for context in (ROAD, LANE_CHANGE, JUNCTION)

@@ -299,7 +299,7 @@ def _watched() -> list[tuple[str, str]]:
 def _all_defences() -> list[tuple[str, str]]:
     """Return every response behind the truth and behind the paper's detector, and the paper's behind all others."""
     isolating = _isolating()
-    both = [(detector, response) for detector in ("oracle", "lstm") for response in isolating]
+    both = [(detector, response) for detector in ("told", "lstm") for response in isolating]
     return list(dict.fromkeys([NONE, *both, *_watched()[1:]]))
 
 

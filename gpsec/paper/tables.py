@@ -79,7 +79,7 @@ def localization_rows(table: PublishedRmse, events: pd.DataFrame) -> list[PaperR
     published = {
         "+".join(NONE): table.undefended_m,
         "+".join(PAPER): table.mitigated_m,
-        f"oracle+{PAPER[1]}": table.mitigated_m,
+        f"told+{PAPER[1]}": table.mitigated_m,
     }
     rows = []
     for attack in (CONSTANT_BIAS, STEALTH, SLOW_STEALTH):
@@ -123,8 +123,8 @@ def _rows(label: str, figures: Mapping[str, Estimate], published: Mapping[str, f
 
 
 def scored(events: pd.DataFrame) -> Sequence[str]:
-    """Return the detectors of the runs, without the oracle."""
-    return [name for name in events["detector"].unique() if name not in ("never", "oracle")]
+    """Return the detectors of the runs, without the bounds."""
+    return [name for name in events["detector"].unique() if name not in ("never", "told")]
 
 
 def at(label: str, rate: str = DEFAULT_RATE, matching: str = "tracked") -> str:

@@ -25,11 +25,11 @@ from gpsec.traffic.remote import RemoteSession
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Measurements, Vehicles
 
-# An attack that displaces nothing: it only tells the oracle to isolate.
+# An attack that displaces nothing: it only lets `told` isolate.
 _ALARM = {"attack": "constant_bias", "name": "alarm", "bias_m": 1e-12, "share": 1.0, "duration_s": [30.0, 30.0]}
 # What is called EKF below is what trusts GNSS all the time.
 TRUSTING = {"EKF": ("never", "none"), "learning EKF": ("never", "ukf5")}
-ISOLATED = {name: ("oracle", name) for name in ("dead_reckoning", "ukf", "ukf5")}
+ISOLATED = {name: ("told", name) for name in ("dead_reckoning", "ukf", "ukf5")}
 EVERY_STEPS = 5
 
 

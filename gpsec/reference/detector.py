@@ -46,7 +46,7 @@ class TrackDetector(ABC):
         self._late_s = 1e-6 * scale.step_s
 
     def step(self, sight: Sight, residual_m: float | None, attacked: bool) -> TrackVerdict:
-        """Take one step; only the oracle reads `attacked`."""
+        """Take one step; only `told` reads `attacked`."""
         self._valid_before_s += self.scale.step_s
         self._scored_before_s += self.scale.step_s
         statistic = None

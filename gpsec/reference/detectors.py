@@ -9,7 +9,7 @@ import numpy as np
 
 from gpsec.core.errors import GpsecError, nearest
 from gpsec.detection.base import Detector, LabelledDetector
-from gpsec.detection.bounds import Never, Oracle
+from gpsec.detection.bounds import Never, Told
 from gpsec.detection.chi_square import ChiSquare
 from gpsec.detection.cusum import Cusum
 from gpsec.detection.forecast import Forecaster
@@ -94,8 +94,8 @@ class TrackNever(TrackDetector):
         return 0.0
 
 
-class TrackOracle(TrackNever):
-    """The oracle: it reads the label."""
+class TrackTold(TrackNever):
+    """Told at once: it reads the label."""
 
     def step(self, sight: Sight, residual_m: float | None, attacked: bool) -> TrackVerdict:
         """Be in alarm exactly while the attack is active."""
@@ -131,8 +131,8 @@ def detector_maker(detector: Detector | LabelledDetector, profiles: int) -> Make
         return lambda scale: TrackLstmCusum(detector, networks[scale.profile], scale)
     if isinstance(detector, Never):
         return TrackNever
-    if isinstance(detector, Oracle):
-        return TrackOracle
-    known = [kind.name for kind in (ChiSquare, Cusum, IsolationForest, Lstm, LstmCusum, Never, Oracle)]
+    if isinstance(detector, Told):
+        return TrackTold
+    known = [kind.name for kind in (ChiSquare, Cusum, IsolationForest, Lstm, LstmCusum, Never, Told)]
     name = cast("Detector", detector).name
     raise GpsecError(f"the reference engine has no detector '{name}': {nearest(name, known)}")

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from gpsec.core.errors import nearest, shown
 
 # Defences only, not scored detectors: told the truth, and never in alarm.
-BOUNDS = ("never", "oracle")
+BOUNDS = ("never", "told")
 
 DEFAULT_RATE = "1e-3/sample"
 """False-alarm rate of the thresholds where a scenario states none."""

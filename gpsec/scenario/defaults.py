@@ -16,7 +16,7 @@ def default_list(key: str, raw: Mapping[str, Any]) -> list[Any] | None:
     if key == "plans":
         return [{"attack": name, "share": 0.5} for name in choices.own_attacks()]
     if key == "defences":
-        bounds = [{"detector": "never", "response": "none"}, {"detector": "oracle", "response": "ukf"}]
+        bounds = [{"detector": "never", "response": "none"}, {"detector": "told", "response": "ukf"}]
         return [*bounds, *({"detector": name, "response": "ukf"} for name in _scored(raw))]
     return None
 

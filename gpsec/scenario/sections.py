@@ -118,7 +118,7 @@ class Defence(Section):
     """A detector and what the vehicle does on its alarm.
 
     Attributes:
-        detector: one of `detection.detectors`; or `oracle`, which is told the truth; or `never`, which gives no alarm.
+        detector: one of `detection.detectors`; or `told`, which is told at once when an attack begins and ends; or `never`, which gives no alarm.
         response: what replaces GNSS while the alarm lasts (`gpsec list responses`).
     """
 
@@ -133,6 +133,8 @@ class Defence(Section):
     @field_validator("detector")
     @classmethod
     def _known_detector(cls, name: str) -> str:
+        if name == "oracle":
+            raise ValueError("the detector 'oracle' is called 'told' now; expected 'told'")
         return choices.require_known("detector", name, [*choices.BOUNDS, *choices.detectors()])
 
     @field_validator("response")

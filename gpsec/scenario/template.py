@@ -114,7 +114,7 @@ false_alarm_rate = "1e-3/sample"
 
 # A defence is a detector and what is done on its alarm. The undefended vehicle, never+none, is always there.
 [[defences]]
-detector = "oracle" # told the truth: the best that this response can do
+detector = "told" # told at once when an attack begins and ends
 response = "ukf"
 
 [[defences]]

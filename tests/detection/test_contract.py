@@ -10,7 +10,7 @@ from sklearn.svm import OneClassSVM
 
 from gpsec.core.tables import Table
 from gpsec.detection.base import LabelledDetector
-from gpsec.detection.bounds import Oracle
+from gpsec.detection.bounds import Told
 from gpsec.detection.models import build_detectors, thresholds_for
 from gpsec.detection.plain import WindowDetector
 from gpsec.detection.registry import DETECTORS
@@ -20,7 +20,7 @@ from gpsec.testing.detectors import a_long_gap_forgets_and_a_short_one_does_not,
 from gpsec.testing.residuals import benign, spoofed
 from gpsec.types.answers import Answers
 
-NAMES = [name for name in DETECTORS if name != Oracle.name]
+NAMES = [name for name in DETECTORS if name != Told.name]
 # Sums stay at 0 below their slack, which is larger where the network expects errors that last.
 SLACK = {"lstm_cusum": 1.5}
 OF_ALARMS = [check for check in DETECTOR_CHECKS if "alarm" in check.__name__ or "bias" in check.__name__]
@@ -58,13 +58,13 @@ def test_it_keeps_the_contract(name, check, models):
     check(case_of(name, models))
 
 
-def test_oracle_is_told_the_truth():
-    (oracle,) = build_detectors(["oracle"], CASE_PROFILES, "tracked", {})
-    assert isinstance(oracle, LabelledDetector)
+def test_told_is_told_the_truth():
+    (told,) = build_detectors(["told"], CASE_PROFILES, "tracked", {})
+    assert isinstance(told, LabelledDetector)
     attacked = np.asarray([True, False, True])
     rows = np.asarray([2, 0, 3], np.int32)
     answers = Table(Answers, 4, detectors=2, defences=0).now
-    oracle.update(rows, attacked, answers, 1)
+    told.update(rows, attacked, answers, 1)
     assert answers.alarm[rows, 1].tolist() == [True, False, True]
     assert answers.statistic[rows, 1].tolist() == [1.0, 0.0, 1.0]
     assert answers.scored[rows, 1].all()

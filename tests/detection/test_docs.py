@@ -57,7 +57,7 @@ def _follow(clone: Path) -> None:
     registry = clone / "gpsec" / "detection" / "registry.py"
     entry = _block("## 2. The registry").strip()
     text = registry.read_text(encoding="utf-8")
-    bound = "        Oracle.name: Entry("
+    bound = "        Told.name: Entry("
     assert bound in text
     text = text.replace(bound, f"        {entry}\n{bound}").replace(
         "\n\n\n@dataclass", "\nfrom gpsec.detection.smooth import Smooth\n\n\n@dataclass", 1
@@ -65,7 +65,7 @@ def _follow(clone: Path) -> None:
     registry.write_text(text, encoding="utf-8")
     page = clone / "docs" / "detection.md"
     row = _block("## 3. The docs")
-    page.write_text(page.read_text(encoding="utf-8").replace("| `oracle` |", f"{row}| `oracle` |", 1), encoding="utf-8")
+    page.write_text(page.read_text(encoding="utf-8").replace("| `told` |", f"{row}| `told` |", 1), encoding="utf-8")
 
 
 def test_the_example_of_the_guide_keeps_the_contract(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

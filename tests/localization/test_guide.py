@@ -28,4 +28,4 @@ def test_the_guide_leads_to_a_response_that_passes_lint_and_contract_and_runs(tm
     said = clone.run("-m", "pytest", "-n", "0", "-k", "snap or schema", *files)
     assert int(re.findall(r"(\d+) passed", said)[0]) > len(RESPONSE_CHECKS)
     assert "\nsnap " in clone.run("-m", "gpsec", "list", "responses")
-    assert "oracle+snap" in (clone.evaluate(response="snap") / "safety.csv").read_text("utf-8")
+    assert "told+snap" in (clone.evaluate(response="snap") / "safety.csv").read_text("utf-8")

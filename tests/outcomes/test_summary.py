@@ -13,7 +13,7 @@ from gpsec.outcomes.tables import TABLES, read_table
 from .scene import Scene
 from .story import tell
 
-DETECTORS = ("chi_square", "cusum", "isolation_forest", "lstm", "oracle", "never")
+DETECTORS = ("chi_square", "cusum", "isolation_forest", "lstm", "told", "never")
 DEFENCES = (
     ("never", "none"),
     ("cusum", "ukf"),
@@ -21,7 +21,7 @@ DEFENCES = (
     ("isolation_forest", "ukf"),
     ("lstm", "dead_reckoning"),
     ("lstm", "ukf"),
-    ("oracle", "ukf"),
+    ("told", "ukf"),
 )
 COSTS = {
     "sumo_s": 12.5,
@@ -90,7 +90,7 @@ def test_nothing_is_cut_at_the_width_of_the_console(run, width):
     for name in ("constant_bias", "two_stage", "isolation_forest", "stealth (2)", "1,000,000", "paper, II (DSD)"):
         assert name in text
     assert text.count("1234/.000/1234") + text.count("1235/.000/1235") == 3 * len(DEFENCES)
-    assert "oracle 0.00" in text
+    assert "told 0.00" in text
 
 
 def test_tables_take_the_width_that_there_is(run):
@@ -104,7 +104,7 @@ def test_a_narrow_terminal_shows_figures_without_intervals_and_the_papers_below(
     assert lines[row - 1].split() == ["constant_bias", "chi_square", "1.00", "1.00", "1.00", "0.00"]
     assert lines[row].split() == ["2", "events", "cusum", "1.00", "1.00", "1.00", "0.00"]
     assert lines[row + 1].split() == ["paper", "0.82", "0.95", "0.88", "0.2"]
-    assert "intervals, oracle and never are in detection.csv" in flat(" ".join(lines))
+    assert "intervals, told and never are in detection.csv" in flat(" ".join(lines))
     assert "1.00–1.00" not in " ".join(lines)
 
 

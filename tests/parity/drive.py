@@ -10,7 +10,7 @@ from sklearn.ensemble import IsolationForest as SklearnForest
 from gpsec.attacks.plans import plan_config
 from gpsec.attacks.schedule import build_plans
 from gpsec.detection.base import Detection
-from gpsec.detection.bounds import Never, Oracle
+from gpsec.detection.bounds import Never, Told
 from gpsec.detection.chi_square import ChiSquare
 from gpsec.detection.cusum import Cusum
 from gpsec.detection.forest_training import flatten
@@ -43,7 +43,7 @@ ATTACKS: list[dict[str, object]] = [
 ]
 DEFENCES = (
     ("never", NoResponse),
-    ("oracle", CameraUkf),
+    ("told", CameraUkf),
     ("chi_square", CameraUkf),
     ("cusum", DeadReckoning),
     ("isolation_forest", CameraUkf),
@@ -117,7 +117,7 @@ def detection_for(profiles: Sequence[str], step_s: float) -> Detection:
         Lstm.from_learned([one["lstm"] for one in learned]),
         LstmCusum.from_learned([one["lstm"] for one in learned]),
         Never(),
-        Oracle(),
+        Told(),
     )
     return Detection(
         names=tuple(detector.name for detector in detectors),

@@ -24,7 +24,7 @@ def test_both_engines_agree_after_every_step(drive: Drive, mode: int):
     # The comparison was of something: every detector was silent and in alarm, every filter ran and was left again.
     assert found.seen["track step"] > 3000
     assert 0.5 < found.seen["residual"] / found.seen["track step"] < 1.0
-    for detector in ("chi_square", "cusum", "isolation_forest", "lstm", "lstm_cusum", "oracle"):
+    for detector in ("chi_square", "cusum", "isolation_forest", "lstm", "lstm_cusum", "told"):
         assert 100 < found.seen[f"{detector} alarm"] < 0.8 * found.seen["track step"]
     assert found.seen["never alarm"] == 0
     assert found.seen["fork"] == 15

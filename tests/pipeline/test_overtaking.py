@@ -85,7 +85,7 @@ def test_gnss_is_used_all_the_time(benign: pd.DataFrame) -> None:
     isolated = [name for name in benign.columns if name.endswith("_isolated")]
     there = benign[benign["lane"] == "ba_0"].groupby("vehicle_id")[isolated].any()
     assert (there.sum() <= 1).all()
-    assert not there["oracle+ukf_isolated"].any()
+    assert not there["told+ukf_isolated"].any()
 
 
 def test_a_spoofer_keeps_to_the_side_that_has_a_lane(steps: pd.DataFrame) -> None:

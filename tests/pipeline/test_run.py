@@ -92,9 +92,9 @@ def test_a_plan_alone_is_as_it_is_among_others(baseline, town, traffic, replay, 
 
 def test_a_defence_alone_is_as_it_is_among_others(baseline, town, traffic, replay, go):
     replay(traffic)
-    raw = town.model_dump(mode="json") | {"defences": [{"detector": "oracle", "response": "ukf"}]}
+    raw = town.model_dump(mode="json") | {"defences": [{"detector": "told", "response": "ukf"}]}
     few, all_ = read(go(Scenario.model_validate(raw)), "localization"), read(baseline, "localization")
-    kept = all_[all_["defence"].isin(["never+none", "oracle+ukf"])].reset_index(drop=True)
+    kept = all_[all_["defence"].isin(["never+none", "told+ukf"])].reset_index(drop=True)
     pd.testing.assert_frame_equal(few, kept)
 
 
@@ -142,7 +142,7 @@ def test_an_attack_without_effect_leaves_its_track_equal_to_its_benign_twin(step
     benign = steps[steps["plan"] == "none"].set_index(key).loc[attacked.index]
     assert attacked["attacked"].sum() > 300
     assert (~attacked["attacked"]).sum() > 300
-    told = [name for name in steps.columns if name.startswith("oracle")]
+    told = [name for name in steps.columns if name.startswith("told")]
     ignored = ["plan", "attacked", *told]
     pd.testing.assert_frame_equal(attacked.drop(columns=ignored), benign.drop(columns=ignored), check_exact=True)
     assert not attacked[told].equals(benign[told])
@@ -170,7 +170,7 @@ def test_the_fix_is_displaced_only_while_attacked(steps):
 def test_never_and_none_never_isolate_and_the_oracle_does_exactly_from_the_start(steps):
     assert not steps["never+none_isolated"].any()
     attacked = steps[steps["attacked"]]
-    assert attacked["oracle+ukf_isolated"].all()
+    assert attacked["told+ukf_isolated"].all()
     assert attacked["oracle_alarm"].all()
     assert not steps.loc[~steps["attacked"], "oracle_alarm"].any()
 
@@ -192,7 +192,7 @@ def test_a_large_bias_is_detected_without_delay_and_shows_up_in_the_undefended_e
 
 def test_undefended_error_is_the_bias_and_mitigation_takes_it_away(baseline):
     table = read(baseline, "localization").set_index(["profile", "attack", "defence"])["rmse_cross_track_m"]
-    undefended, defended = (float(table["carla", "constant_bias", name]) for name in ("never+none", "oracle+ukf"))
+    undefended, defended = (float(table["carla", "constant_bias", name]) for name in ("never+none", "told+ukf"))
     # The filter takes some steps to follow the bias of 2.4 m.
     assert 1.5 < undefended < 2.4
     assert defended < 0.3
