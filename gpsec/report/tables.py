@@ -83,7 +83,7 @@ def detection_tables(run: Results) -> list[ReportTable]:
                 cells = [*(TableCell(figure(value)) for value in published), *[TableCell("")] * 4]
                 lines.append(TableRow(row["attack"], "the paper's", cells, published=True))
         headings = ["attack", "detector", *_RATES, "ROC area", "PR area", "false alarms per vehicle-hour"]
-        caption = "Samples of attacked vehicles. Those that are told the truth or nothing, told and never, are in detection.csv."
+        caption = "Samples of attacked vehicles. told and never, which frame the others, are in detection.csv."
         if any(line.published for line in lines):
             caption += " The paper's figures are for its own data and parameters."
         made.append(ReportTable(group_name(scenario, profile), headings, lines, caption))

@@ -118,7 +118,8 @@ class Defence(Section):
     """A detector and what the vehicle does on its alarm.
 
     Attributes:
-        detector: one of `detection.detectors`; or `told`, which is told at once when an attack begins and ends; or `never`, which gives no alarm.
+        detector: one of `detection.detectors`; or `told`, which is told at once when an attack begins and ends; or
+            `never`, which gives no alarm.
         response: what replaces GNSS while the alarm lasts (`gpsec list responses`).
     """
 
