@@ -12,6 +12,7 @@ import pytest
 from gpsec.core import caches
 from gpsec.core.errors import GpsecError
 from gpsec.hdmap import map as maps
+from gpsec.hdmap.error import MapError
 
 NOBODY = 65534
 
@@ -255,9 +256,9 @@ def test_maps_are_read_from_a_cache_for_reading(public: Path, plain_net, monkeyp
     compiled: list[tuple[float, ...]] = []
     compile_map = maps.compile_map
 
-    def watched(net: Path, spacings_m: tuple[float, ...]) -> maps.HDMap:
+    def watched(net: Path, spacings_m: tuple[float, ...], error: MapError) -> maps.HDMap:
         compiled.append(spacings_m)
-        return compile_map(net, spacings_m)
+        return compile_map(net, spacings_m, error)
 
     monkeypatch.setattr(maps, "compile_map", watched)
     maps.load_map(net, (5.0,))

@@ -6,10 +6,11 @@ import numpy as np
 
 from gpsec.attacks.plans import MAX_TIME_S, PlanConfig
 from gpsec.attacks.registry import ATTACKS
-from gpsec.attacks.zones import PLAN_KEYS, Zone, metres, number, plan_from_text, stated
+from gpsec.attacks.zones import PLAN_KEYS, Zone, metres, plan_from_text
 from gpsec.core.errors import GpsecError, nearest, shown
 from gpsec.types.attack_inputs import CarriedAttack
 from gpsec.types.constants import PREFIX
+from gpsec.types.drawn_zones import number, stated
 
 # A car that follows its victim reached 40 to 50 m with a portable spoofer (Zeng et al., "All Your GPS Are Belong To
 # Us", USENIX Security 2018).

@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -13,8 +12,16 @@ from gpsec.attacks.plans import MAX_TIME_S, PlanConfig, plan_config
 from gpsec.attacks.registry import ATTACKS, build_attack
 from gpsec.core.arrays import Flags, Floats
 from gpsec.core.errors import GpsecError, shown
-from gpsec.types.attack_inputs import DrawnZone
 from gpsec.types.constants import PREFIX
+from gpsec.types.drawn_zones import (
+    ATTACK_ZONE,
+    DrawnZone,
+    check_finite,
+    check_polygon,
+    number,
+    prepared_polygon,
+    stated,
+)
 
 NOBODY: Mapping[str, Floats] = {}
 """No vehicle carries a spoofer."""
@@ -46,9 +53,7 @@ class Zone:
     @cached_property
     def polygon(self) -> Any:
         """The prepared shapely polygon."""
-        polygon = shapely.Polygon(self.shape_m)
-        shapely.prepare(polygon)
-        return polygon
+        return prepared_polygon(self.shape_m)
 
     def contains(self, position_m: Floats, spoofers_m: Mapping[str, Floats] = NOBODY) -> Flags:
         """Return (n,) whether the positions (n, 2) lie in the zone.
@@ -72,12 +77,13 @@ def zone_keys() -> list[str]:
 
 
 def plans_from_zones(zones: Sequence[DrawnZone], file: str) -> list[tuple[PlanConfig, Zone]]:
-    """Return one plan a zone, named by the zone's id.
+    """Return one plan for each attack zone among `zones`, named by its id.
 
     Raises:
         GpsecError: a parameter is missing, unknown or not allowed, or the shape is no area.
     """
-    return [_plan(zone, f"{file}: zone '{shown(zone.zone_id)}'") for zone in zones]
+    attacks = [zone for zone in zones if zone.zone_type == ATTACK_ZONE]
+    return [_plan(zone, f"{file}: zone '{shown(zone.zone_id)}'") for zone in attacks]
 
 
 def _plan(zone: DrawnZone, where: str) -> tuple[PlanConfig, Zone]:
@@ -89,13 +95,6 @@ def _plan(zone: DrawnZone, where: str) -> tuple[PlanConfig, Zone]:
     _check_shape(area, where)
     others = [PREFIX + key for key in ("attack", *PLAN_KEYS, "radius_m")]
     return plan_from_text(name, given, {"name": zone.zone_id, "zone": zone.zone_id}, where, others), area
-
-
-def stated(parameters: Mapping[str, str]) -> dict[str, str]:
-    """Return the ``gpsec.…`` parameters that have a value, without the prefix."""
-    return {
-        key.removeprefix(PREFIX): value for key, value in parameters.items() if key.startswith(PREFIX) and value.strip()
-    }
 
 
 def plan_from_text(
@@ -121,21 +120,6 @@ def plan_from_text(
     table |= {PLAN_KEYS[key]: number(text, key, where) for key, text in plan.items()}
     _check_plan(table, where)
     return plan_config({**table, "parameters": attack}, where)
-
-
-def number(text: str, key: str, where: str) -> float:
-    """Return what the parameter `key`, named without its prefix, says.
-
-    Raises:
-        GpsecError: it is no finite number.
-    """
-    try:
-        value = float(text)
-    except ValueError:
-        value = float("nan")
-    if not isfinite(value):
-        raise GpsecError(f"{where}: {PREFIX}{key}: expected a number, found '{shown(text)}'")
-    return value
 
 
 def _check_plan(table: dict[str, object], where: str) -> None:
@@ -177,13 +161,6 @@ def metres(text: str, where: str) -> float:
 
 
 def _check_shape(zone: Zone, where: str) -> None:
-    if not np.isfinite(zone.shape_m).all():
-        raise GpsecError(f"{where}: shape: expected finite coordinates, found {zone.shape_m.tolist()}")
-    if zone.radius_m is not None:
-        return
-    corners = len(np.unique(zone.shape_m, axis=0))
-    if corners < 3:
-        raise GpsecError(f"{where}: shape: expected a polygon of at least 3 corners, found {corners}")
-    if not zone.polygon.is_valid:
-        reason = shapely.is_valid_reason(zone.polygon)
-        raise GpsecError(f"{where}: shape: expected a polygon that does not cross itself, found {reason}")
+    check_finite(zone.shape_m, where)
+    if zone.radius_m is None:
+        check_polygon(zone.shape_m, where)

@@ -21,6 +21,9 @@ ODOMETER_WHITE, ODOMETER_SCALE, ODOMETER_DROPOUT = 20, 21, 22
 HEADING_WHITE, HEADING_BIAS, HEADING_DROPOUT = 30, 31, 32
 CAMERA_C0, CAMERA_C1, CAMERA_C2, CAMERA_C3, CAMERA_BIAS, CAMERA_MOUNT, CAMERA_DROPOUT = 40, 41, 42, 43, 44, 45, 46
 FLEET_EQUIPPED, FLEET_PROFILE = 60, 61
+MAP_FIELD, MAP_ROAD = 80, 81
+MULTIPATH_PLACE, MULTIPATH_DIRECTION = 82, 83
+COMMON_BIAS_EAST, COMMON_BIAS_NORTH = 84, 85
 PLAN_SHARE, PLAN_START, PLAN_DURATION, PLAN_SIDE, PLAN_ATTACK_EAST, PLAN_ATTACK_NORTH = 70, 71, 72, 73, 74, 75
 
 _GAMMA = np.uint64(0x9E3779B97F4A7C15)
@@ -42,6 +45,14 @@ def plain_uniform(key: int, channel: int, step: int) -> float:
     word = _plain_mix(key + int(_GAMMA) * (channel + 1))
     word = _plain_mix(word + int(_GAMMA) * (step + 1))
     return (float(word >> 11) + 0.5) * _TO_UNIT
+
+
+def plain_normal(key: int, channel: int, step: int) -> float:
+    """Return the draw of `normal`, without machine code."""
+    word = _plain_mix(_plain_mix(key + int(_GAMMA) * (channel + 1)) + int(_GAMMA) * (step + 1))
+    u = (float(word >> 11) + 0.5) * _TO_UNIT
+    v = float(_plain_mix(word ^ int(_SECOND)) >> 11) * _TO_UNIT
+    return sqrt(-2.0 * log(u)) * cos(2.0 * pi * v)
 
 
 def _plain_mix(word: int) -> int:

@@ -89,13 +89,14 @@ def _circles(arrays: MapArrays, first: Ints) -> Circles:
 
 
 def _lane_circles(arrays: MapArrays) -> Circles:
-    # Points of every layer lie on the true line, so the circle of layer 0 holds them all.
+    """Return a circle about each lane that holds it in every layer."""
     every = _circles(arrays, arrays.first.ravel())
     lanes = arrays.first.shape[1]
     first = arrays.first[0]
+    x_m, y_m, radius_m = (part.reshape(-1, lanes) for part in (every.x_m, every.y_m, every.radius_m))
+    reach_m = (np.hypot(x_m - x_m[0], y_m - y_m[0]) + radius_m).max(axis=0)
     endless = arrays.open_start[first] | arrays.open_end[first + arrays.segments[0] - 1]
-    radius = np.where(endless, np.inf, every.radius_m[:lanes])
-    return Circles(every.x_m[:lanes], every.y_m[:lanes], radius)
+    return Circles(x_m[0], y_m[0], np.where(endless, np.inf, reach_m))
 
 
 def _chains(lanes: list[Lane]) -> tuple[Ints, Ints, Ints]:

@@ -13,6 +13,7 @@ from gpsec.core import caches
 from gpsec.core.arrays import Flags, Floats
 from gpsec.core.geo import Projector
 from gpsec.hdmap.arrays import LaneSides, MapArrays, MatchIndex
+from gpsec.hdmap.error import EXACT, MapError
 from gpsec.hdmap.index import build_index
 from gpsec.hdmap.net import Lane, read_net
 from gpsec.hdmap.polyline import Polyline, measure, resample
@@ -30,7 +31,7 @@ class HDMap:
     Attributes:
         lane_ids: SUMO's ids; the position is the lane's index everywhere else.
         points: ids of lanes that are only a point -> id of the lane behind them.
-        lanes: centre lines; layer 0 is true, layer 1 + k has the spacing `spacings_m[k]`.
+        lanes: centre lines; layer 0 is true, layer 1 + k has the spacing `spacings_m[k]` and the map's error.
         index: for matching.
         sides: what lies beside each lane.
         projector: between the net's frame and WGS84.
@@ -75,11 +76,14 @@ class HDMap:
         return cast("Flags", (same[lane] + oncoming[lane]) > 0.0)
 
 
-def load_map(net_file: Path, spacings_m: tuple[float, ...], cache: Path | None = None) -> HDMap:
+def load_map(
+    net_file: Path, spacings_m: tuple[float, ...], cache: Path | None = None, error: MapError = EXACT
+) -> HDMap:
     """Return the map of a net, compiled now or read from the cache.
 
-    A compiled map lies in a folder named by the content of the net, the spacings and the code that compiled it, with
-    digests of its files; big nets load by memory map. The cache is `cache`, or `gpsec.core.caches.cache_folder`.
+    A compiled map lies in a folder named by the content of the net, the spacings, the `error` of the resampled layers
+    and the code that compiled it, with digests of its files; big nets load by memory map. The cache is `cache`, or
+    `gpsec.core.caches.cache_folder`.
 
     Raises:
         GpsecError: the net cannot be used (see `read_net`), or the cache cannot.
@@ -88,10 +92,10 @@ def load_map(net_file: Path, spacings_m: tuple[float, ...], cache: Path | None =
     spacings = tuple(sorted(set(spacings_m)))
     if not net_file.is_file():
         read_net(net_file)  # says what is wrong
-    folder = caches.map_folder(_key(net_file, spacings), cache)
+    folder = caches.map_folder(_key(net_file, spacings, error), cache)
     found = _load(folder, net_file)
     if found is None:
-        found = compile_map(net_file, spacings)
+        found = compile_map(net_file, spacings, error)
         try:
             _save(found, folder)
         except OSError:
@@ -99,11 +103,12 @@ def load_map(net_file: Path, spacings_m: tuple[float, ...], cache: Path | None =
     return found
 
 
-def compile_map(net_file: Path, spacings_m: tuple[float, ...]) -> HDMap:
-    """Return the map of a net with one resampled layer for each spacing."""
+def compile_map(net_file: Path, spacings_m: tuple[float, ...], error: MapError = EXACT) -> HDMap:
+    """Return the map of a net with one resampled layer for each spacing, which has the `error`."""
     net = read_net(net_file)
     true = [measure(lane.shape_m) for lane in net.lanes]
-    layers = [true, *([resample(line, spacing) for line in true] for spacing in spacings_m)]
+    stored = [[resample(line, spacing) for line in true] for spacing in spacings_m]
+    layers = [true, *([error.displaced(net.lanes, layer) for layer in stored] if error else stored)]
     arrays = _arrays(net.lanes, layers)
     return HDMap(
         tuple(lane.lane_id for lane in net.lanes),
@@ -151,8 +156,8 @@ def _arrays(lanes: list[Lane], layers: list[list[Polyline]]) -> MapArrays:
     )
 
 
-def _key(net_file: Path, spacings_m: tuple[float, ...]) -> str:
-    digest = hashlib.sha256(f"{spacings_m}".encode())
+def _key(net_file: Path, spacings_m: tuple[float, ...], error: MapError) -> str:
+    digest = hashlib.sha256(f"{spacings_m} {error if error else EXACT}".encode())
     digest.update(net_file.read_bytes())
     return digest.hexdigest()
 

@@ -24,17 +24,21 @@ from gpsec.pipeline.batched import BatchedMethod
 from gpsec.pipeline.filter_noise import filter_noise
 from gpsec.pipeline.fleet_choice import FleetChoice, run_profiles
 from gpsec.pipeline.loop import LoopSettings
+from gpsec.pipeline.mismatch import map_error, mismatch, zone_files
 from gpsec.scenario import Scenario
 from gpsec.scenario.choices import BOUNDS
 from gpsec.scenario.parts import use
 from gpsec.scenario.traffic import sumo_options
+from gpsec.sensors.multipath import MULTIPATH_KEYS
 from gpsec.sensors.profiles import SensorProfile, residual_sigma_m
 from gpsec.sensors.registry import PROFILES
 from gpsec.sensors.sense import Sensors
+from gpsec.sensors.shared_errors import SharedErrors
 from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.vehicle_attacks import carried_attacks
 from gpsec.traffic.vehicletypes import check_type_names, named_sensors
 from gpsec.traffic.zones import ZoneSource
+from gpsec.types.drawn_zones import ATTACK_ZONE, MULTIPATH_ZONE, DrawnZone
 from gpsec.types.method import Method
 
 
@@ -74,12 +78,13 @@ def lay_ground(scenario: Scenario) -> Ground:
     names = run_profiles(scenario.fleet.profile, named)
     choice = FleetChoice(scenario.seed, scenario.fleet.equipped_share, scenario.fleet.profile, names)
     profiles = tuple(PROFILES[name] for name in names)
-    hd_map = load_map(options.net_file, tuple(profile.map_spacing_m for profile in profiles))
+    spacings_m = tuple(profile.map_spacing_m for profile in profiles)
+    hd_map = load_map(options.net_file, spacings_m, error=map_error(scenario))
     layers = np.array([hd_map.layer(profile.map_spacing_m) for profile in profiles], np.int32)
     noise = noise_table([filter_noise(profile, options.step_s) for profile in profiles])
     view = MapView(hd_map.lanes, hd_map.index, MODES[scenario.fleet.matching], layers)
     world = World(view, noise, options.step_s)
-    return Ground(options, choice, hd_map, Sensors(profiles, options.step_s), world)
+    return Ground(options, choice, hd_map, Sensors(profiles, options.step_s, mismatch(scenario)), world)
 
 
 def make_detection(scenario: Scenario, ground: Ground) -> Detection:
@@ -120,21 +125,33 @@ def make_localization(scenario: Scenario, world: World, detectors: Sequence[str]
     return Localization(columns, [responses[defence.response] for defence in scenario.defences], world, settings)
 
 
-def make_plans(scenario: Scenario, session: ZoneSource) -> list[Plan]:
+def drawn_zones(session: ZoneSource) -> list[DrawnZone]:
+    """Return what is drawn in a scenario: attack zones and places of multipath.
+
+    Raises:
+        GpsecError: one has a parameter that is not known, or would have no effect.
+
+    """
+    return session.zones({ATTACK_ZONE: zone_keys(), MULTIPATH_ZONE: MULTIPATH_KEYS})
+
+
+def make_plans(scenario: Scenario, options: SumoOptions, zones: Sequence[DrawnZone]) -> list[Plan]:
     """Return the attack plans of the scenario, of the zones that are drawn in it, and those that vehicles carry.
 
     Raises:
         GpsecError: one of them is not as it should be.
 
     """
-    files = ", ".join(path.name for path in session.options.additional_files)
-    drawn = plans_from_zones(session.zones(zone_keys()), files)
-    inputs = (*session.options.additional_files, *session.options.route_files)
+    files = zone_files(options)
+    drawn = plans_from_zones(zones, files)
+    inputs = (*options.additional_files, *options.route_files)
     carried = plans_from_vehicles(carried_attacks(inputs))
     return build_plans(scenario.plans, drawn, carried, config_file=scenario.name, zone_file=files)
 
 
-def loop_settings(scenario: Scenario, ground: Ground, step_s: float) -> LoopSettings:
+def loop_settings(
+    scenario: Scenario, ground: Ground, step_s: float, shared: SharedErrors | None = None
+) -> LoopSettings:
     """Return what the loop needs to know of a scenario whose simulation takes steps of `step_s`."""
     return LoopSettings(
         seed=scenario.seed,
@@ -144,6 +161,7 @@ def loop_settings(scenario: Scenario, ground: Ground, step_s: float) -> LoopSett
         hd_map=ground.hd_map,
         sensors=ground.sensors,
         profile_of=ground.choice.profile,
+        shared=shared,
     )
 
 

@@ -16,8 +16,9 @@ from gpsec.core.stopwatch import Stopwatch
 from gpsec.core.threads import Threads
 from gpsec.localization.consistency import Consistency, along_and_across, consistency, nees, nis
 from gpsec.pipeline.batched import BatchedMethod
-from gpsec.pipeline.build import lay_ground, loop_settings, make_detection, make_localization, make_plans
+from gpsec.pipeline.build import drawn_zones, lay_ground, loop_settings, make_detection, make_localization, make_plans
 from gpsec.pipeline.loop import Loop
+from gpsec.pipeline.mismatch import make_shared_errors
 from gpsec.scenario import Scenario, load_scenario
 from gpsec.scenario.sections import Defence
 from gpsec.sensors.registry import PROFILES
@@ -122,8 +123,10 @@ def measure_consistency(scenario: Scenario, profile: str, duration_s: float) -> 
     method = _Watching(ground.world, detection, make_localization(honest, ground.world, detection.names))
     method.ledger, method.names = Ledger(), {name: d for d, name in enumerate([*TRUSTING, *ISOLATED])}
     with RemoteSession(ground.options, ground.hd_map.lane_index, ground.choice.equipped) as session:
-        settings = loop_settings(honest, ground, session.step_s)
-        loop = Loop(settings, make_plans(honest, session)[:1], method)
+        zones = drawn_zones(session)
+        around = make_shared_errors(honest, ground.sensors, ground.hd_map, zones, ground.options)
+        settings = loop_settings(honest, ground, session.step_s, around)
+        loop = Loop(settings, make_plans(honest, ground.options, zones)[:1], method)
         for frame in session.frames(duration_s):
             loop.step(frame)
         session.close()

@@ -18,6 +18,7 @@ from gpsec.hdmap.map import HDMap
 from gpsec.hdmap.matching import locate
 from gpsec.outcomes.recorder import Outcomes
 from gpsec.sensors.sense import Sensors
+from gpsec.sensors.shared_errors import SharedErrors
 from gpsec.traffic.body import advance, axle_distance
 from gpsec.traffic.source import Departure, Frame
 from gpsec.types.method import Method
@@ -37,6 +38,7 @@ class LoopSettings:
         hd_map: the roads, with a layer for the map spacing of each profile.
         sensors: of the profiles of the run.
         profile_of: gives the index of the sensor profile of a vehicle that departs.
+        shared: what is added to all fixes, None for nothing.
 
     """
 
@@ -47,6 +49,7 @@ class LoopSettings:
     hd_map: HDMap
     sensors: Sensors
     profile_of: Callable[[Departure], int]
+    shared: SharedErrors | None = None
 
 
 class Loop:
@@ -81,6 +84,8 @@ class Loop:
         self._map = settings.hd_map
         self._sensors = settings.sensors
         self._sensor_state = settings.sensors.new_state(1)
+        self._shared = settings.shared
+        self._common = None if self._shared is None else self._shared.new_state()
         self._profile_of = settings.profile_of
         self._plans = list(plans)
         self._schedules = [Table(Schedule) for _ in plans]
@@ -119,6 +124,8 @@ class Loop:
         self._threads.run(locate, rows, self._map.lanes, self._map.index, self._map.sides, vehicles)
         self._watch.lap("truth")
         self._sensors.sense(self._sensor_state, vehicles, self.seen, rows, frame.step, self._threads)
+        if self._shared is not None and self._common is not None:
+            self._shared.disturb(self._common.now, rows, frame.step, vehicles, self.seen)
         record_fixes(rows, frame.step, self.seen.fix_m, self.seen.fix_valid, self._history.now)
         self._watch.lap("sensors")
         self._move_plans(frame)

@@ -22,11 +22,20 @@ from gpsec.outcomes.steps import StepLog
 from gpsec.outcomes.study import Study
 from gpsec.outcomes.tables import STEP_LOG
 from gpsec.outcomes.view import StepView
-from gpsec.pipeline.build import Ground, lay_ground, loop_settings, make_detection, make_method, make_plans
+from gpsec.pipeline.build import (
+    Ground,
+    drawn_zones,
+    lay_ground,
+    loop_settings,
+    make_detection,
+    make_method,
+    make_plans,
+)
 from gpsec.pipeline.fleet_choice import Few
 from gpsec.pipeline.loop import Loop
 from gpsec.pipeline.manifest import Counts, write_manifest
 from gpsec.pipeline.mapfile import write_map
+from gpsec.pipeline.mismatch import make_shared_errors, mismatch_note
 from gpsec.pipeline.remarks import Remarks, beforehand
 from gpsec.scenario import Scenario
 from gpsec.traffic.options import SumoOptions
@@ -128,9 +137,11 @@ class _Run:
         self.logged: set[str] = set()  # vehicles whose steps are in the log, where only some are
         self.notes: list[str] = []
         self.first_s: float | None = None  # when somebody was on the road for the first time
-        for note in (*ground.options.notes, *beforehand(ground)):
+        for note in (*ground.options.notes, *beforehand(ground), *mismatch_note(scenario)):
             self._say(note)
-        plans = self.plans = make_plans(scenario, session)
+        zones = drawn_zones(session)
+        plans = self.plans = make_plans(scenario, session.options, zones)
+        shared = make_shared_errors(scenario, ground.sensors, ground.hd_map, zones, session.options)
         defences = [(defence.detector, defence.response) for defence in scenario.defences]
         names = [NO_ATTACK, *(plan.name for plan in plans)]
         method = make_method(scenario, ground, detection)
@@ -153,7 +164,7 @@ class _Run:
             log = StepLog(path, names, detection.names, defences, hd_map.lane_ids, hd_map.projector)
             self.log = stack.enter_context(log)
         self.method = method
-        settings = loop_settings(scenario, ground, session.step_s)
+        settings = loop_settings(scenario, ground, session.step_s, shared)
         self.loop = Loop(settings, plans, method, self.outcomes, self.threads, self.watch)
 
     def go(self, began: float) -> None:

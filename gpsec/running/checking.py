@@ -44,7 +44,8 @@ def check_scenario(scenario: Scenario) -> Checked:
 
 
 def _look(scenario: Scenario) -> Checked:
-    from gpsec.pipeline.build import lay_ground, make_detection, make_plans
+    from gpsec.pipeline.build import drawn_zones, lay_ground, make_detection, make_plans
+    from gpsec.pipeline.mismatch import make_shared_errors
     from gpsec.traffic.remote import RemoteSession
     from gpsec.traffic.stderr import input_warnings
 
@@ -53,7 +54,9 @@ def _look(scenario: Scenario) -> Checked:
     # As it is run, SUMO reads routes some minutes ahead, and meets what is wrong in them no sooner.
     options = replace(ground.options, arguments=_reading_all_routes(ground.options.arguments))
     with RemoteSession(options, ground.hd_map.lane_index, ground.choice.equipped) as session:
-        plans = make_plans(scenario, session)
+        zones = drawn_zones(session)
+        plans = make_plans(scenario, ground.options, zones)
+        make_shared_errors(scenario, ground.sensors, ground.hd_map, zones, ground.options)
         for _ in session.frames(0.0):  # none, but SUMO's warnings come at their end
             pass
     return Checked(

@@ -28,6 +28,7 @@ from gpsec.scenario.sections import (
     Section,
     TrafficSection,
     Unset,
+    WorldSection,
 )
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
@@ -60,7 +61,7 @@ class Scenario(Section):
         parts: attacks, detectors, responses and sensor profiles from outside gpsec, by `FILE.py:Name`,
             `package.module:Name` or `FILE.toml` (a profile); files are relative to this one. What is code is refused
             without `--allow-code`, since a scenario may come from somebody else.
-        fleet, traffic, detection, localization, outcomes: the sections of that name.
+        fleet, world, traffic, detection, localization, outcomes: the sections of that name.
         defences: D of them; the first is never+none, the undefended vehicle.
         plans: attack plans; *no attack* comes before the first of them and is not listed.
     """
@@ -75,6 +76,7 @@ class Scenario(Section):
     log_vehicles: tuple[str, ...] = Field((), strict=False)
     parts: tuple[str, ...] = Field((), strict=False)
     fleet: FleetSection = FleetSection()
+    world: WorldSection = WorldSection()
     traffic: TrafficSection = TrafficSection()
     detection: DetectionSection = DetectionSection()
     localization: LocalizationSection = LocalizationSection()

@@ -13,7 +13,7 @@ from gpsec.scenario.model import MAX_NAME, NAME, Scenario
 from gpsec.scenario.sections import Defence
 
 SCHEMA_FILE = "gpsec.schema.json"
-SECTIONS = ("fleet", "traffic", "detection", "localization", "outcomes", "defences", "plans")
+SECTIONS = ("fleet", "world", "traffic", "detection", "localization", "outcomes", "defences", "plans")
 _DIALECT = "http://json-schema.org/draft-07/schema#"
 _ATTRIBUTE = re.compile(r"    ([a-z]\w*(?:, [a-z]\w*)*): (.*)")
 
@@ -22,7 +22,7 @@ def json_schema() -> dict[str, Any]:
     """Return the schema (draft 7, which editors of TOML know) of a whole `gpsec.toml`."""
     schema = _plain(Scenario)
     properties = schema["properties"]
-    for key in SECTIONS[:5]:
+    for key in SECTIONS[:6]:
         part: Any = Scenario.model_fields[key].annotation
         properties[key] = _plain(part)
     shares = {name: {"type": "number", "exclusiveMinimum": 0, "maximum": 1} for name in choices.profiles()}

@@ -8,6 +8,7 @@ from gpsec.core.arrays import Ints
 from gpsec.core.errors import GpsecError
 from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
+from gpsec.sensors.mismatch import AS_STATED, Mismatch
 from gpsec.sensors.profiles import SensorProfile
 from gpsec.sensors.sense_kernels import enter_rows, sense_rows
 from gpsec.sensors.state import SensorState
@@ -22,6 +23,7 @@ class Sensors:
     Attributes:
         profiles: those of the run; `Vehicles.profile` is an index into them.
         step_s: length of a step.
+        mismatch: by what they differ from their data sheets.
 
     Raises:
         GpsecError: there is no profile, or one appears twice.
@@ -29,6 +31,7 @@ class Sensors:
 
     profiles: tuple[SensorProfile, ...]
     step_s: float
+    mismatch: Mismatch = AS_STATED
 
     def __post_init__(self) -> None:
         if not self.step_s > 0.0:
@@ -37,7 +40,12 @@ class Sensors:
 
     @cached_property
     def table(self) -> ProfileTable:
-        """The profiles as arrays for kernels."""
+        """What the sensors do, as arrays for kernels."""
+        return self.mismatch.applied(self.stated)
+
+    @cached_property
+    def stated(self) -> ProfileTable:
+        """What the data sheets of the profiles say, as arrays."""
         return pack(self.profiles, self.step_s)
 
     def new_state(self, capacity: int) -> Table[SensorState]:

@@ -37,6 +37,7 @@ from gpsec.sensors.table import (
     RANGE,
     TICKS,
     TRUST,
+    UNKNOWN,
     WHITE,
     ProfileTable,
 )
@@ -294,13 +295,14 @@ def sense_lane(
             left_over -= 1.0
             back -= 1
         c0, c1, c2, c3 = lane_polynomial(truth.lane_offset_m[row], lane_turn, curvature)
-        c0 += c1 * forward - left + mind.mount_m[row] + mind.camera_bias_m[row]
+        unknown = camera[p, UNKNOWN]
+        c0 += c1 * forward - left + unknown * mind.mount_m[row] + unknown * mind.camera_bias_m[row]
         if turned != 0.0:
             c1 = tan(lane_turn - turned)
-        out.lane_poly[row, 0] = c0 + gauss(key, noise.CAMERA_C0, step, s0)
-        out.lane_poly[row, 1] = c1 + gauss(key, noise.CAMERA_C1, step, s1)
-        out.lane_poly[row, 2] = c2 + gauss(key, noise.CAMERA_C2, step, s2)
-        out.lane_poly[row, 3] = c3 + gauss(key, noise.CAMERA_C3, step, s3)
+        out.lane_poly[row, 0] = c0 + gauss(key, noise.CAMERA_C0, step, unknown * s0)
+        out.lane_poly[row, 1] = c1 + gauss(key, noise.CAMERA_C1, step, unknown * s1)
+        out.lane_poly[row, 2] = c2 + gauss(key, noise.CAMERA_C2, step, unknown * s2)
+        out.lane_poly[row, 3] = c3 + gauss(key, noise.CAMERA_C3, step, unknown * s3)
         out.camera_sigma_m[row] = stated
 
 

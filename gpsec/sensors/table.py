@@ -15,8 +15,8 @@ from gpsec.sensors.profiles import Channel, SensorProfile
 # the odometer: of its scale). Over one step the bias becomes DECAY·bias + KICK·n, with n standard normal.
 TICKS, LATENCY, OUTAGE_BEGIN, OUTAGE_END, WHITE, BIAS, DECAY, KICK = range(8)
 # Further columns of the camera: σ of the mounting offset; length of lane that is fitted on a straight road; half of
-# the field of view in rad; largest stated σ with which a lane is reported.
-MOUNT, RANGE, HALF_VIEW, TRUST = range(8, 12)
+# the field of view in rad; largest stated σ with which a lane is reported; true σ of its errors over those it states.
+MOUNT, RANGE, HALF_VIEW, TRUST, UNKNOWN = range(8, 13)
 
 
 class ProfileTable(NamedTuple):
@@ -24,7 +24,7 @@ class ProfileTable(NamedTuple):
 
     Attributes:
         gnss, gyro, odometer, heading: (P, 8).
-        camera: (P, 12).
+        camera: (P, 13).
     """
 
     gnss: Floats
@@ -86,7 +86,7 @@ def pack(profiles: Sequence[SensorProfile], step_s: float) -> ProfileTable:
     _check(profiles)
     rps_of_deg_per_h = pi / 180.0 / 3600.0
     lenses = [
-        (c.mount_m, c.range_m, radians(c.field_of_view_deg) / 2.0, c.trust_limit_m)
+        (c.mount_m, c.range_m, radians(c.field_of_view_deg) / 2.0, c.trust_limit_m, 1.0)
         for c in (profile.camera for profile in profiles)
     ]
     camera = _channel(

@@ -7,6 +7,7 @@ import numpy as np
 from gpsec.core.arrays import Ints
 from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
+from gpsec.sensors.mismatch import AS_STATED, Mismatch
 from gpsec.sensors.profiles import SensorProfile
 from gpsec.sensors.sense import Sensors
 from gpsec.sensors.state import SensorState
@@ -23,6 +24,7 @@ class Drive:
         count: number of vehicles.
         seed: of their keys.
         step_s: length of a step.
+        mismatch: by what the sensors differ from their data sheets.
         sensors, state: of the vehicles.
         step: number of the last step, -1 before the first.
     """
@@ -31,12 +33,13 @@ class Drive:
     count: int = 1
     seed: int = 1
     step_s: float = STEP_S
+    mismatch: Mismatch = AS_STATED
     sensors: Sensors = field(init=False)
     state: Table[SensorState] = field(init=False)
     step: int = field(init=False, default=-1)
 
     def __post_init__(self) -> None:
-        self.sensors = Sensors(self.profiles, self.step_s)
+        self.sensors = Sensors(self.profiles, self.step_s, self.mismatch)
         self._vehicles, self._measurements = Table(Vehicles, self.count), Table(Measurements, self.count)
         self.state = self.sensors.new_state(self.count)
         self.tables = [self.state, self._vehicles, self._measurements]

@@ -1,11 +1,11 @@
 """What takes SUMO's place in a run: the part that all of them share."""
 
-from collections.abc import Collection
 from types import TracebackType
 from typing import Self
 
 from gpsec.traffic.options import SumoOptions
-from gpsec.types.attack_inputs import DrawnZone
+from gpsec.traffic.zones import KeysOfTypes
+from gpsec.types.drawn_zones import DrawnZone
 
 
 class OfflineTraffic:
@@ -34,7 +34,7 @@ class OfflineTraffic:
     ) -> None:
         self.close()
 
-    def zones(self, known_keys: Collection[str]) -> list[DrawnZone]:
+    def zones(self, known_keys: KeysOfTypes) -> list[DrawnZone]:
         """Return none."""
         return []
 

@@ -8,7 +8,7 @@ Where the run is shown in sumo-gui, SUMO waits after every step for what the eva
 """
 
 import os
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
@@ -20,7 +20,8 @@ from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.ring import CAPACITY, DEPTH, Head, Ring
 from gpsec.traffic.serving import serve
 from gpsec.traffic.source import Equip, Frame
-from gpsec.types.attack_inputs import DrawnZone
+from gpsec.traffic.zones import KeysOfTypes
+from gpsec.types.drawn_zones import DrawnZone
 
 if TYPE_CHECKING:
     from gpsec.traffic.sumo_gui import Look
@@ -93,10 +94,10 @@ class RemoteSession:
         """How the other process ended, None while it runs."""
         return self._process.exitcode
 
-    def zones(self, known_keys: Collection[str]) -> list[DrawnZone]:
-        """Return the attack zones of the scenario; to be called before the first step."""
+    def zones(self, known_keys: KeysOfTypes) -> list[DrawnZone]:
+        """Return the zones that are drawn in the scenario; to be called before the first step."""
         _ = self.step_s  # the first answer
-        self._send(list(known_keys))
+        self._send({kind: list(keys) for kind, keys in known_keys.items()})
         found: list[DrawnZone] = self._receive()
         return found
 

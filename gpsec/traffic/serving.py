@@ -74,7 +74,7 @@ def _last_word(
     try:
         with SumoSession(options, lanes, equip, delay_ms) as session:
             send(connection, session.step_s)
-            while isinstance(asked := receive(connection), list):
+            while isinstance(asked := receive(connection), dict):
                 send(connection, session.zones(asked))
             send_all = _send_frames if delay_ms is None else _show_frames
             send_all(connection, Ring(*blocks), session, asked)

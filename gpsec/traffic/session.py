@@ -3,7 +3,7 @@
 import os
 import shutil
 import tempfile
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from time import perf_counter
 from types import TracebackType
@@ -22,8 +22,8 @@ from gpsec.traffic.stderr import CaughtStderr, sumo_words
 from gpsec.traffic.sumo_gui import GuiWindow, Look, WindowClosedError, window_arguments
 from gpsec.traffic.vehicle_attacks import Spoofers, carried_attacks, check_departing
 from gpsec.traffic.vehicletypes import check_type_keys
-from gpsec.traffic.zones import read_zones
-from gpsec.types.attack_inputs import DrawnZone
+from gpsec.traffic.zones import KeysOfTypes, read_zones
+from gpsec.types.drawn_zones import DrawnZone
 
 # Neither is a kind of the other.
 SUMO_ERRORS = (libsumo.TraCIException, libsumo.FatalTraCIError)
@@ -137,8 +137,8 @@ class SumoSession:
         """Vehicles so far of each SUMO class that is never equipped; those that carry a spoofer are not among them."""
         return dict(self._roster.traffic_only)
 
-    def zones(self, known_keys: Collection[str]) -> list[DrawnZone]:
-        """Return the attack zones of the scenario; see `gpsec.traffic.zones.read_zones`."""
+    def zones(self, known_keys: KeysOfTypes) -> list[DrawnZone]:
+        """Return the zones that are drawn in the scenario; see `gpsec.traffic.zones.read_zones`."""
         return read_zones(known_keys, self._input_files)
 
     def frames(self, duration_s: float | None = None) -> Iterator[Frame]:

@@ -1,32 +1,13 @@
-"""What a simulation and its input files say of attacks: drawn zones, and what vehicles carry."""
+"""What the input files of a simulation say of attacks that vehicles carry."""
 
 from dataclasses import dataclass, field
 from glob import escape
 from pathlib import Path
-from typing import Literal
 
-from gpsec.core.arrays import Floats
 from gpsec.core.errors import shown
 from gpsec.types.constants import PREFIX
 
 ATTACK_KEY, PLAN_KEY, RADIUS_KEY = f"{PREFIX}attack", f"{PREFIX}plan", f"{PREFIX}radius_m"
-
-
-@dataclass(frozen=True)
-class DrawnZone:
-    """A zone as it was drawn.
-
-    Attributes:
-        zone_id: id of the polygon or point.
-        kind: ``polygon`` or ``point``.
-        shape_m: (n, 2) corners in the net's frame; one row for a point.
-        parameters: the ``gpsec.…`` parameters that it has, with the prefix.
-    """
-
-    zone_id: str
-    kind: Literal["polygon", "point"]
-    shape_m: Floats
-    parameters: dict[str, str]
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from gpsec.attacks.constant_bias import ConstantBias
 from gpsec.attacks.registry import ATTACKS
 from gpsec.attacks.zones import Zone, plans_from_zones, zone_keys
 from gpsec.core.errors import GpsecError
-from gpsec.types.attack_inputs import DrawnZone
+from gpsec.types.drawn_zones import DrawnZone
 
 SQUARE = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]])
 POINT = np.array([[3.0, 4.0]])

@@ -24,9 +24,9 @@ def compiled(monkeypatch) -> list[str]:
     seen: list[str] = []
     real = module.compile_map
 
-    def watched(net_file, spacings_m):
+    def watched(net_file, spacings_m, error):
         seen.append(net_file.name)
-        return real(net_file, spacings_m)
+        return real(net_file, spacings_m, error)
 
     monkeypatch.setattr(module, "compile_map", watched)
     return seen

@@ -12,6 +12,7 @@ from gpsec.scenario import Scenario, load_scenario
 from gpsec.scenario.overrides import parse_set
 from gpsec.traffic.recording import RecordedTraffic, Recording, record_traffic
 from gpsec.traffic.session import SumoSession
+from gpsec.types.drawn_zones import ATTACK_ZONE
 
 DURATION_S = 45.0
 # Early and short, so that attacks begin and end within the time that is simulated.
@@ -55,7 +56,7 @@ def with_plans(scenario: Scenario, plans: dict[str, dict[str, Any]]) -> Scenario
 def traffic(town: Scenario) -> Traffic:
     ground = lay_ground(town)
     with SumoSession(ground.options, ground.hd_map.lane_index, ground.choice.equipped) as session:
-        zones = session.zones(zone_keys())
+        zones = session.zones({ATTACK_ZONE: zone_keys()})
         return Traffic(record_traffic(session, DURATION_S), zones)
 
 

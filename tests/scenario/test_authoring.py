@@ -8,8 +8,10 @@ import pytest
 
 from gpsec.attacks.vehicle_plans import SPOOFER_HOLD_S, SPOOFER_REACH_M, plans_from_vehicles
 from gpsec.attacks.zones import zone_keys
+from gpsec.sensors.multipath import MULTIPATH_KEYS
 from gpsec.traffic.vehicle_attacks import carried_attacks
 from gpsec.traffic.vehicletypes import ROAD_CLASSES, TYPE_KEYS
+from gpsec.types.drawn_zones import MULTIPATH_ZONE
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "authoring.md").read_text("utf-8")
@@ -34,7 +36,7 @@ def test_every_class_that_is_equipped_is_listed() -> None:
 
 
 def test_every_parameter_that_is_named_is_one() -> None:
-    known = {*zone_keys(), *TYPE_KEYS, "gpsec.hold_s", "gpsec.plan"}
+    known = {*zone_keys(), MULTIPATH_ZONE, *MULTIPATH_KEYS, *TYPE_KEYS, "gpsec.hold_s", "gpsec.plan"}
     named = set(re.findall(r"gpsec\.[a-z_]+", PAGE)) - {"gpsec.toml", "gpsec.schema"}
     assert named <= known
     assert f"The reach is {SPOOFER_REACH_M:g} m" in PAGE

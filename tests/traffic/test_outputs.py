@@ -51,7 +51,7 @@ def test_an_included_file_stops_no_run_and_keeps_its_zones(scenario):
         '<additional><poi id="there" type="gpsec.attack" x="0" y="0"/></additional>'
     )
     with SumoSession(resolve_options(config, seed=1), {}, lambda departure: True) as session:
-        assert [zone.zone_id for zone in session.zones(["gpsec.radius_m"])] == ["here", "there"]
+        assert [zone.zone_id for zone in session.zones({"gpsec.attack": ["gpsec.radius_m"]})] == ["here", "there"]
         assert len(list(session.frames(2.0))) == 20
 
 

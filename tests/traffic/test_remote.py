@@ -16,6 +16,7 @@ from gpsec.traffic.remote import RemoteSession
 from gpsec.traffic.ring import Head
 from gpsec.traffic.session import SumoSession
 from gpsec.traffic.source import Frame
+from gpsec.types.drawn_zones import ATTACK_ZONE
 
 from .helpers import CAR, listing
 
@@ -75,7 +76,7 @@ def test_a_reader_may_be_slower_than_the_simulation(scenario, lane_index):
 def test_zones_come_over(scenario, lane_index):
     options = resolve_options(scenario(FLOWS, ZONE), seed=1)
     with RemoteSession(options, lane_index, everybody) as session:
-        zones = session.zones(zone_keys())
+        zones = session.zones({ATTACK_ZONE: zone_keys()})
         assert [(zone.zone_id, zone.kind, zone.parameters["gpsec.attack"]) for zone in zones] == [
             ("z", "polygon", "jamming"),
             ("p", "point", "drift"),

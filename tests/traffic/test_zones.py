@@ -5,7 +5,10 @@ from gpsec.core.errors import GpsecError
 from gpsec.traffic.options import resolve_options
 from gpsec.traffic.session import SumoSession
 
-KEYS = ["gpsec.attack", "gpsec.share", "gpsec.radius_m"]
+KEYS = {
+    "gpsec.attack": ["gpsec.attack", "gpsec.share", "gpsec.radius_m"],
+    "gpsec.multipath": ["gpsec.error_m", "gpsec.direction_deg"],
+}
 POLYGON = '<poly id="z" type="gpsec.attack" shape="0,0 10,0 10,5"><param key="gpsec.attack" value="drift"/>{}</poly>'
 POINT = '<poi id="p" type="gpsec.attack" x="3" y="4"><param key="gpsec.radius_m" value="50"/></poi>'
 OTHERS = (
@@ -74,6 +77,23 @@ def test_zone_in_an_included_file_is_refused_by_the_name_of_that_file(zones, tmp
     included.write_text('<additional><poly id="old town" type="gpsec.attack" shape="0,0 10,0 10,5"/></additional>')
     with pytest.raises(GpsecError, match=r"zones.xml: poly 'old town'"):
         zones(f'<include href="{included}"/>')
+
+
+def test_zones_of_multipath_come_with_their_own_parameters(zones):
+    drawn = '<poly id="m" type="gpsec.multipath" shape="0,0 10,0 10,5"><param key="gpsec.{}" value="0.5"/></poly>'
+    [zone] = zones(drawn.format("error_m"))
+    assert (zone.zone_type, zone.parameters) == ("gpsec.multipath", {"gpsec.error_m": "0.5"})
+    with pytest.raises(GpsecError, match=r"zone 'm': unknown parameter 'gpsec.eror_m': did you mean 'gpsec.error_m'"):
+        zones(drawn.format("eror_m"))
+    with pytest.raises(GpsecError, match=r"zone 'm': unknown parameter 'gpsec.share'"):
+        zones(drawn.format("share"))
+
+
+@pytest.mark.parametrize("tag", ["poly", "poi"])
+def test_zone_of_an_unknown_type_is_refused(zones, tag):
+    where = 'shape="0,0 10,0 10,5"' if tag == "poly" else 'x="1" y="1"'
+    with pytest.raises(GpsecError, match=rf"{tag} 'z': unknown type 'gpsec.multpath': did you mean 'gpsec.multipath'"):
+        zones(f'<{tag} id="z" type="gpsec.multpath" {where}/>')
 
 
 def test_other_polygons_may_be_called_what_they_are_called(zones):

@@ -1,0 +1,69 @@
+"""The `[world]` section of a scenario becomes what sensors, map and receivers are told."""
+
+from collections.abc import Sequence
+
+from gpsec.hdmap.error import MapError
+from gpsec.hdmap.map import HDMap
+from gpsec.scenario import Scenario
+from gpsec.sensors.mismatch import Mismatch
+from gpsec.sensors.multipath import Places, drawn_multipath, scattered_multipath
+from gpsec.sensors.sense import Sensors
+from gpsec.sensors.shared_errors import SharedErrors
+from gpsec.traffic.options import SumoOptions
+from gpsec.types.drawn_zones import DrawnZone
+
+
+def map_error(scenario: Scenario) -> MapError:
+    """Return by what the maps in vehicles differ from the roads."""
+    world = scenario.world
+    return MapError(
+        seed=scenario.seed,
+        shift_m=(world.map_shift_east_m, world.map_shift_north_m),
+        field_m=world.map_field_m,
+        field_length_m=world.map_field_length_m,
+        road_m=world.map_road_m,
+    )
+
+
+def mismatch(scenario: Scenario) -> Mismatch:
+    """Return by what sensors differ from their data sheets."""
+    world = scenario.world
+    return Mismatch(
+        gnss_white=world.gnss_white_factor,
+        gnss_slow=world.gnss_slow_factor,
+        camera=world.camera_factor,
+        odometer=world.odometer_factor,
+        gyro=world.gyro_factor,
+        heading=world.heading_factor,
+        common_share=world.gnss_common_share,
+    )
+
+
+def make_shared_errors(
+    scenario: Scenario, sensors: Sensors, hd_map: HDMap, zones: Sequence[DrawnZone], options: SumoOptions
+) -> SharedErrors | None:
+    """Return what is added to the fixes of all vehicles, None where that is nothing.
+
+    Raises:
+        GpsecError: a multipath zone is not as it should be.
+    """
+    world, seed = scenario.world, scenario.seed
+    places: list[Places] = list(drawn_multipath(zones, zone_files(options), seed))
+    if world.multipath_share > 0.0:
+        scattered = scattered_multipath(
+            hd_map.lanes, world.multipath_share, world.multipath_m, world.multipath_length_m, seed
+        )
+        places += [scattered] if scattered is not None else []
+    made = SharedErrors(sensors, seed, tuple(places))
+    return None if made.is_quiet else made
+
+
+def zone_files(options: SumoOptions) -> str:
+    """Return the names of the files that zones are drawn in."""
+    return ", ".join(path.name for path in options.additional_files)
+
+
+def mismatch_note(scenario: Scenario) -> list[str]:
+    """Return a sentence on what filters and detectors do not know of the world, none where they know all."""
+    said = ", ".join(f"{key} = {value:g}" for key, value in scenario.world.stated().items())
+    return [f"filters and detectors do not know of [world] {said}"] if said else []
