@@ -24,7 +24,7 @@ from gpsec.scenario.sections import Defence
 from gpsec.sensors.registry import PROFILES
 
 STEPS_S = (0.1, 0.05, 0.033, 0.02, 0.01)
-DETECTORS = ("chi_square", "cusum", "isolation_forest", "lstm")
+DETECTORS = ("chi_square", "cusum", "isolation_forest", "lstm_glr")
 WHEN = {"share": 0.5, "start_after_s": [0.0, 20.0], "duration_s": [10.0, 20.0]}
 PLANS = (
     {"attack": "constant_bias", "bias_m": 2.4, **WHEN},

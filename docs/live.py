@@ -24,7 +24,7 @@ from gpsec.types.vehicles import Identity
 DOCS = Path(__file__).parent
 PICTURE = DOCS / "pictures" / "live.png"
 NEEDED = ("Xvfb", "xdotool", "import", "convert")
-PLAN, DEFENCE = "spoofed_quarter", "lstm+ukf"
+PLAN, DEFENCE = "spoofed_quarter", "lstm_glr+ukf"
 # A picture is taken when vehicles of so many states, besides the clean ones, are so near to the one that is followed.
 STATES, NEAR_M = 3, 40.0
 WIDTH, HEIGHT = 1000, 760

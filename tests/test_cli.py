@@ -78,7 +78,7 @@ BAD_TOML = {
     "unknown key in localization": ("[localization]\nholds_s = 1", ["unknown key 'holds_s'", "'hold_s'"]),
     "unknown key in outcomes": ("[outcomes]\nbootstraps = 1", ["unknown key 'bootstraps'", "'bootstrap'"]),
     "unknown key in a defence": (
-        "[[defences]]\ndetector = 'lstm'\nresponse = 'ukf'\nrespons = 'ukf'",
+        "[[defences]]\ndetector = 'lstm_glr'\nresponse = 'ukf'\nrespons = 'ukf'",
         ["unknown key 'respons' in defences.0", "did you mean 'response'?"],
     ),
     "unknown key in a plan": ("[[plans]]\nattack = 'drift'\nrate = 1.0", ["plans.0", "'rate'", "'rate_mps'"]),
@@ -89,7 +89,10 @@ BAD_TOML = {
     "number for a section": ("fleet = 3", ["fleet: expected a table, found 3"]),
     "table for a list": ("[plans]\nattack = 'drift'", ["plans: expected a list"]),
     "number in a list of tables": ("plans = [3]", ["plans.0: expected a table, found 3"]),
-    "text for a list": ("[detection]\ndetectors = 'lstm'", ["detection.detectors: expected a list, found 'lstm'"]),
+    "text for a list": (
+        "[detection]\ndetectors = 'lstm_glr'",
+        ["detection.detectors: expected a list, found 'lstm_glr'"],
+    ),
     "infinite": ("duration_s = inf", ["duration_s: expected a finite number"]),
     "no duration": ("duration_s = 0", ["duration_s: expected more than 0, found 0"]),
     "share over 1": ("[fleet]\nequipped_share = 1.5", ["fleet.equipped_share: expected at most 1, found 1.5"]),
@@ -117,20 +120,20 @@ BAD_TOML = {
     ),
     "unknown detector of a defence": (
         "[[defences]]\ndetector = 'lst'\nresponse = 'ukf'",
-        ["defences.0.detector", "unknown detector 'lst'", "did you mean 'lstm'?"],
+        ["defences.0.detector", "unknown detector 'lst'", "did you mean 'lstm'"],
     ),
     "unknown response": (
-        "[[defences]]\ndetector = 'lstm'\nresponse = 'ekf'",
+        "[[defences]]\ndetector = 'lstm_glr'\nresponse = 'ekf'",
         ["defences.0.response", "unknown response 'ekf'", "did you mean 'ukf'?"],
     ),
-    "defence without response": ("[[defences]]\ndetector = 'lstm'", ["defences.0.response: is missing"]),
+    "defence without response": ("[[defences]]\ndetector = 'lstm_glr'", ["defences.0.response: is missing"]),
     "defence twice": (
-        "[[defences]]\ndetector='lstm'\nresponse='ukf'\n[[defences]]\ndetector='lstm'\nresponse='ukf'",
-        ["defences", "'lstm+ukf' is listed twice"],
+        "[[defences]]\ndetector='lstm_glr'\nresponse='ukf'\n[[defences]]\ndetector='lstm_glr'\nresponse='ukf'",
+        ["defences", "'lstm_glr+ukf' is listed twice"],
     ),
     "defence without its detector": (
-        "detection.detectors = ['cusum']\n[[defences]]\ndetector = 'lstm'\nresponse = 'ukf'",
-        ["defences", "'lstm+ukf'", "detection.detectors"],
+        "detection.detectors = ['cusum']\n[[defences]]\ndetector = 'lstm_glr'\nresponse = 'ukf'",
+        ["defences", "'lstm_glr+ukf'", "detection.detectors"],
     ),
     "plan twice": ("[[plans]]\nattack='drift'\n[[plans]]\nattack='drift'", ["plans", "two plans are called 'drift'"]),
     "plan called none": ("[[plans]]\nattack='drift'\nname='none'", ["plans.0", "name", "'none'"]),
@@ -410,7 +413,7 @@ def test_list_shows_a_line_a_part(capsys: pytest.CaptureFixture[str]) -> None:
     }
     assert cli.main(["list", "detectors"]) == 0
     names = {line.split()[0] for line in capsys.readouterr().out.splitlines()}
-    assert names == {"chi_square", "cusum", "isolation_forest", "lstm", "lstm_cusum", "told", "never"}
+    assert names == {"chi_square", "cusum", "isolation_forest", "lstm", "lstm_glr", "lstm_cusum", "told", "never"}
     assert cli.main(["list", "responses"]) == 0
     assert {line.split()[0] for line in capsys.readouterr().out.splitlines()} == {
         *("none", "dead_reckoning", "ukf", "rollback", "ukf5", "ukf5_rollback")

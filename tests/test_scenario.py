@@ -88,7 +88,7 @@ def test_defaults_are_every_attack_and_the_six_defences(folder: Path) -> None:
         "chi_square+ukf",
         "cusum+ukf",
         "isolation_forest+ukf",
-        "lstm+ukf",
+        "lstm_glr+ukf",
     ]
     assert {plan.attack for plan in scenario.plans} == set(ATTACKS) >= {"constant_bias", "lane_alias"}
     assert {plan.share for plan in scenario.plans} == {0.5}
@@ -103,12 +103,12 @@ def test_default_defences_follow_the_detectors(folder: Path) -> None:
 @pytest.mark.parametrize(
     "toml",
     [
-        "[[defences]]\ndetector = 'lstm'\nresponse = 'ukf'",
-        "[[defences]]\ndetector='lstm'\nresponse='ukf'\n[[defences]]\ndetector='never'\nresponse='none'",
+        "[[defences]]\ndetector = 'lstm_glr'\nresponse = 'ukf'",
+        "[[defences]]\ndetector='lstm_glr'\nresponse='ukf'\n[[defences]]\ndetector='never'\nresponse='none'",
     ],
 )
 def test_the_undefended_vehicle_is_always_the_first_defence(folder: Path, toml: str) -> None:
-    assert [defence.name for defence in load(folder, toml).defences] == ["never+none", "lstm+ukf"]
+    assert [defence.name for defence in load(folder, toml).defences] == ["never+none", "lstm_glr+ukf"]
 
 
 def test_set_takes_toml_values_and_bare_words(folder: Path) -> None:
@@ -118,14 +118,14 @@ def test_set_takes_toml_values_and_bare_words(folder: Path) -> None:
         "fleet.profile={dsd = 0.25, carla = 0.75}",
         "fleet.matching=nearest",
         "traffic.lateral_resolution_m=0.4",
-        "detection.detectors=['cusum', 'lstm']",
+        "detection.detectors=['cusum', 'lstm_glr']",
         "detection.false_alarm_rate=1e-4/sample",
         "log_steps=true",
         "duration_s=12.5",
     )
     assert scenario.fleet.profile == {"dsd": 0.25, "carla": 0.75}
     assert (scenario.fleet.matching, scenario.traffic.lateral_resolution_m) == ("nearest", 0.4)
-    assert scenario.detection.detectors == ("cusum", "lstm")
+    assert scenario.detection.detectors == ("cusum", "lstm_glr")
     assert scenario.detection.false_alarm_rate == "1e-4/sample"
     assert (scenario.log_steps, scenario.duration_s) == (True, 12.5)
 
@@ -140,7 +140,7 @@ def test_set_reaches_into_lists_by_position_and_by_name(folder: Path) -> None:
     scenario = load(folder, toml, *changes)
     assert [(plan.name, plan.share) for plan in scenario.plans] == [("drift", 0.5), ("fast", 0.25), ("jamming", 0.5)]
     assert [getattr(plan.parameters, "rate_mps", None) for plan in scenario.plans] == [0.1, 0.4, None]
-    assert scenario.defences[5].name == "lstm+none"
+    assert scenario.defences[5].name == "lstm_glr+none"
 
 
 def test_set_changes_a_default_plan(folder: Path) -> None:
@@ -194,7 +194,9 @@ def test_bundled_scenarios_have_every_attack_and_the_defences(toml: Path) -> Non
     assert len({plan.attack for plan in scenario.plans}) == 8
     names = [defence.name for defence in scenario.defences]
     assert names[:2] == ["never+none", "told+ukf"]
-    assert {"chi_square+ukf", "cusum+ukf", "isolation_forest+ukf", "lstm+ukf", "lstm+dead_reckoning"} <= set(names)
+    assert {"chi_square+ukf", "cusum+ukf", "isolation_forest+ukf", "lstm_glr+ukf", "lstm_glr+dead_reckoning"} <= set(
+        names
+    )
 
 
 def test_there_are_seven_bundled_scenarios() -> None:

@@ -77,7 +77,7 @@ def run(
       gpsec run scenarios/town --set plans.drift.rate_mps=0.2 --set fleet.equipped_share=0.3
       gpsec run scenarios/* --out results/all --overwrite
       gpsec run scenarios/* --out results/all --resume
-      gpsec run scenarios/town --gui --gui-plan spoofed_quarter --gui-defence lstm+ukf
+      gpsec run scenarios/town --gui --gui-plan spoofed_quarter --gui-defence lstm_glr+ukf
       gpsec run somewhere/else.sumocfg --set 'plans=[{attack="drift", share=0.2}]'
       gpsec run scenarios/town --part mine.py:Zigzag --set 'plans=[{attack="zigzag"}]'
     """  # noqa: D301

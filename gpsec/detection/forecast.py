@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple, Self
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 
@@ -19,8 +19,8 @@ from gpsec.detection.lstm_cell import CELL_BLOCK, GATES, HIDDEN, INPUTS, OUTPUTS
 # The network sees the residual up to this many scales: what it may take for a slow error of GNSS is bounded, so a
 # spoofed fix that drifts away slowly outruns it.
 CLIP = 1.5
-# Samples after which a residual is told to the network, so that a slow attack is not learned before it can be seen.
-# GNSS errors are so slow that those of two seconds ago say nearly as much.
+# Samples after which `lstm_glr` tells its network a residual, so that a slow attack is not learned before it can be
+# seen. GNSS errors are so slow that those of two seconds ago say nearly as much.
 DELAY = 20
 
 
@@ -29,14 +29,14 @@ class ForecastState(NamedTuple):
 
     Attributes:
         hidden, cell: (M, H) of the network.
-        queue: (M, D) ring of the residuals that it is still to be told.
+        queue: (M, D) ring of the residuals that it is still to be told, D being `Forecaster.delay`.
         at: (M,) where the oldest of them is.
         distrust: (M,) samples for which a large residual is still not believed.
     """
 
     hidden: Floats32 = blank(np.float32(0.0), HIDDEN)
     cell: Floats32 = blank(np.float32(0.0), HIDDEN)
-    queue: Floats32 = blank(np.float32(0.0), DELAY)
+    queue: Floats32 = blank(np.float32(0.0), "delay")
     at: Ints = blank(0)
     distrust: Ints = blank(0)
 
@@ -91,7 +91,7 @@ def forget(forecast: ForecastState, row: int) -> None:
     for j in range(HIDDEN):
         forecast.hidden[row, j] = 0.0
         forecast.cell[row, j] = 0.0
-    for j in range(DELAY):
+    for j in range(forecast.queue.shape[1]):
         forecast.queue[row, j] = 0.0
     forecast.distrust[row] = 0
 
@@ -111,25 +111,29 @@ def remember(
             forecast.distrust[row] -= 1
     at = forecast.at[row]
     forecast.queue[row, at] = min(max(believed, -CLIP), CLIP)
-    forecast.at[row] = at + 1 if at + 1 < DELAY else 0
+    forecast.at[row] = at + 1 if at + 1 < forecast.queue.shape[1] else 0
 
 
 @dataclass(frozen=True)
 class Forecaster(KernelDetector):
     """A detector that compares the residual with what the LSTM expects.
 
-    The prediction for this step is made of the residuals up to `DELAY` samples before it and of the curvature, the
+    The prediction for this step is made of the residuals up to `delay` samples before it and of the curvature, the
     speed and the camera's stated deviation now, none of which GNSS can change. While in alarm, and for some samples
     after, the network is told its own prediction in place of a residual that is larger than both it and what is
     plausible; otherwise it would learn the spoofed bias, fall silent, and raise an alarm when the attack ends. What is
     smaller is believed even then: it leads out of a false alarm, and back from what was learned of a slow attack.
 
     Attributes:
+        delay: samples after which a residual is told to the network.
+        outputs: what the network says: the residual that it expects and, where there are more, log-variances.
         learned: the arrays of each profile's network.
         distrust: samples after an alarm for which a larger residual is not believed.
         plausible: residuals up to that many scales are believed always.
     """
 
+    delay: ClassVar[int] = DELAY
+    outputs: ClassVar[int] = OUTPUTS
     learned: tuple[Learned, ...]
     distrust: int = 5
     plausible: float = 2.0
@@ -155,8 +159,8 @@ class Forecaster(KernelDetector):
         shapes = {
             "weight": (len(INPUTS) + HIDDEN, GATES),
             "bias": (GATES,),
-            "head": (HIDDEN, OUTPUTS),
-            "offset": (OUTPUTS,),
+            "head": (HIDDEN, self.outputs),
+            "offset": (self.outputs,),
         }
         stacks = []
         for key, shape in shapes.items():
@@ -164,11 +168,16 @@ class Forecaster(KernelDetector):
             for array in arrays:
                 if array.shape != shape:
                     raise GpsecError(f"model array '{key}' of the LSTM: expected shape {shape}, found {array.shape}")
-            stacks.append(_aligned(arrays))
+            stacks.append(_aligned([_widened(a) for a in arrays] if shape[-1] == self.outputs else arrays))
         network = Network(*stacks)
         for_falling(network.weight)
         for_falling(network.bias)
         return network
+
+
+def _widened(head: Floats32) -> Floats32:
+    """Return weights or offsets (…, Q) of a head with `OUTPUTS` of them; what the network does not say is 0."""
+    return np.pad(head, [(0, 0)] * (head.ndim - 1) + [(0, OUTPUTS - head.shape[-1])])
 
 
 def _aligned(arrays: Sequence[Floats32]) -> Floats32:

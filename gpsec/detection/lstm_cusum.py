@@ -19,8 +19,8 @@ from gpsec.detection.forecast import (
     remember,
     workspace,
 )
-from gpsec.detection.lstm import DECAYS
 from gpsec.detection.lstm_cell import CELL_BLOCK, SCALES, Step
+from gpsec.detection.lstm_glr import DECAYS
 
 # By how much more a slow error of prediction adds to the variance at the slowest scale than to that of a single error.
 _SLOW_GAIN = (1.0 + DECAYS[-1]) / (1.0 - DECAYS[-1]) - 1.0
@@ -105,8 +105,8 @@ class LstmCusum(Forecaster):
 
     k = slack + reach·σ_s/σ, where σ_s is the deviation of the part of the error that lasts: sums of what lasts would
     wander off without an attack. It follows from what the network expects at its fastest and its slowest scale, as a
-    lasting error is in the variance of the latter (1 + λ)/(1 - λ) times. The network is that of `lstm`. The sums are
-    capped at threshold + margin·k, as in `cusum`.
+    lasting error is in the variance of the latter (1 + λ)/(1 - λ) times. The network is that of `lstm_glr`. The sums
+    are capped at threshold + margin·k, as in `cusum`.
 
     Attributes:
         slack, reach: see above.
@@ -123,7 +123,7 @@ class LstmCusum(Forecaster):
 
     def new_state(self, capacity: int) -> Table[LstmCusumState]:
         """Return what is remembered of `capacity` rows that have seen nothing."""
-        return Table(LstmCusumState, capacity)
+        return Table(LstmCusumState, capacity, delay=self.delay)
 
     @cached_property
     def settings(self) -> LstmCusumSettings:

@@ -1,7 +1,7 @@
-"""Trains the LSTM with torch on benign residuals."""
+"""Trains the LSTMs with torch on benign residuals: the one of Eq 10, and the one that says how far off it may be."""
 
 import copy
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,8 +14,8 @@ from gpsec.detection.alarm import GAP_S, steps_in
 from gpsec.detection.forecast import CLIP, DELAY
 from gpsec.detection.learned import Learned, OnStage, silent
 from gpsec.detection.logs import Grid, ResidualLog, sessions, split
-from gpsec.detection.lstm import DECAYS
 from gpsec.detection.lstm_cell import HIDDEN, INPUTS, OUTPUTS
+from gpsec.detection.lstm_glr import DECAYS
 
 LENGTH = 256
 BATCH = 32
@@ -29,15 +29,15 @@ TARGET_CLIP = 5.0
 
 
 class ResidualLstm(nn.Module):
-    """Predicts each residual of a sequence from those at least `DELAY` before it, and how far off it may be."""
+    """Predicts each residual of a sequence from those before it and, with more outputs, how far off it may be."""
 
-    def __init__(self) -> None:
+    def __init__(self, outputs: int = OUTPUTS) -> None:
         super().__init__()
         self.lstm = nn.LSTM(len(INPUTS), HIDDEN, batch_first=True)
-        self.head = nn.Linear(HIDDEN, OUTPUTS)
+        self.head = nn.Linear(HIDDEN, outputs)
 
     def forward(self, inputs: torch.Tensor) -> torch.Tensor:
-        """Return (b, t, 1 + S) predictions and log-variances of (b, t, K) inputs, beginning with an empty memory."""
+        """Return (b, t, Q) predictions and log-variances of (b, t, K) inputs, beginning with an empty memory."""
         hidden, _ = self.lstm(inputs)
         outputs: torch.Tensor = self.head(hidden)
         return outputs
@@ -60,8 +60,23 @@ class Sequences:
             yield Sequences(self.inputs[chosen], self.target[chosen], self.weight[chosen])
 
 
+# What a batch costs: a sum over its samples, and their number.
+Loss = Callable[[ResidualLstm, Sequences], tuple[torch.Tensor, torch.Tensor]]
+
+
 def learn_lstm(logs: Sequence[ResidualLog], seed: int, progress: OnStage = silent) -> Learned:
-    """Return the arrays of a network that was fitted to benign residuals; see `lstm_cell.Network`.
+    """Return the arrays of a network that predicts each residual from those up to the one before it, for `lstm`.
+
+    The mean squared error is what it learns by, as it is what Eq 10 looks at; see `learn_lstm_glr` for the rest.
+
+    Raises:
+        GpsecError: there are too few sequences to hold some out.
+    """
+    return _learn(logs, seed, (1, 1, _squared_error), progress)
+
+
+def learn_lstm_glr(logs: Sequence[ResidualLog], seed: int, progress: OnStage = silent) -> Learned:
+    """Return the arrays of a network that was fitted to benign residuals, for `lstm_glr`; see `lstm_cell.Network`.
 
     Adam on the negative log-likelihood, with a cosine schedule; the epoch that is best on held-out vehicles is kept.
     One thread, so that the result depends on `seed` alone.
@@ -69,8 +84,15 @@ def learn_lstm(logs: Sequence[ResidualLog], seed: int, progress: OnStage = silen
     Raises:
         GpsecError: there are too few sequences to hold some out.
     """
+    weights = averaging(LENGTH)
+    return _learn(logs, seed, (DELAY, OUTPUTS, lambda model, batch: _loss(model, batch, weights)), progress)
+
+
+def _learn(logs: Sequence[ResidualLog], seed: int, recipe: tuple[int, int, Loss], progress: OnStage) -> Learned:
+    """Return the arrays of a network of a recipe: samples of delay, outputs, and the loss."""
+    delay, outputs, loss = recipe
     held_out, fitted = split(logs, HELD_OUT, seed)
-    train, check = _sequences(fitted, seed), _sequences(held_out, seed)
+    train, check = _sequences(fitted, seed, delay), _sequences(held_out, seed, delay)
     if not (len(train) and len(check)):
         raise GpsecError(f"residual logs of profile '{logs[0].profile}': too few vehicles to train the LSTM")
     threads = torch.get_num_threads()
@@ -78,7 +100,7 @@ def learn_lstm(logs: Sequence[ResidualLog], seed: int, progress: OnStage = silen
     try:
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed(seed)
-            return to_arrays(_fit(train, check, progress))
+            return to_arrays(_fit(ResidualLstm(outputs), loss, (train, check), progress))
     finally:
         torch.set_num_threads(threads)
 
@@ -95,7 +117,7 @@ def to_arrays(model: ResidualLstm) -> Learned:
     }
 
 
-def _sequences(logs: Sequence[ResidualLog], seed: int) -> Sequences:
+def _sequences(logs: Sequence[ResidualLog], seed: int, delay: int) -> Sequences:
     if not any(len(log.vehicle) for log in logs):
         return Sequences(torch.zeros(0, LENGTH, len(INPUTS)), torch.zeros(0, LENGTH), torch.zeros(0, LENGTH))
     grid = Grid.of(logs)
@@ -105,7 +127,7 @@ def _sequences(logs: Sequence[ResidualLog], seed: int) -> Sequences:
         scale = grid.scale_m[vehicle]
         residual = np.clip(grid.residual_m[steps, vehicle] / scale, -TARGET_CLIP, TARGET_CLIP)
         columns = [
-            np.clip(np.concatenate([np.zeros(DELAY), residual])[: len(residual)], -CLIP, CLIP),
+            np.clip(np.concatenate([np.zeros(delay), residual])[: len(residual)], -CLIP, CLIP),
             np.clip(40.0 * grid.curvature_per_m[steps, vehicle], -4.0, 4.0),
             np.minimum(0.05 * grid.speed_mps[steps, vehicle], 4.0),
             np.minimum(grid.camera_sigma_m[steps, vehicle] / scale, 4.0),
@@ -124,7 +146,7 @@ def _sequences(logs: Sequence[ResidualLog], seed: int) -> Sequences:
 
 
 def averaging(length: int) -> torch.Tensor:
-    """Return (S, length, length) weights of errors, the columns, in the mean at each step, the rows, as in `Lstm`.
+    """Return (S, length, length) weights of errors, the columns, in the mean at each step, the rows, as in `LstmGlr`.
 
     They are scaled such that white noise keeps its variance.
     """
@@ -152,18 +174,24 @@ def _loss(model: ResidualLstm, batch: Sequences, weights: torch.Tensor) -> tuple
     return (loss * batch.weight).sum(), batch.weight.sum()
 
 
-def _fit(train: Sequences, check: Sequences, progress: OnStage) -> ResidualLstm:
-    model = ResidualLstm()
+def _squared_error(model: ResidualLstm, batch: Sequences) -> tuple[torch.Tensor, torch.Tensor]:
+    """Return the summed squared error of the predictions, and the number of samples."""
+    error = (batch.target - model(batch.inputs)[..., 0]) * batch.weight
+    return (error * error).sum(), batch.weight.sum()
+
+
+def _fit(model: ResidualLstm, loss_of: Loss, sets: tuple[Sequences, Sequences], progress: OnStage) -> ResidualLstm:
+    """Return the network as it was after the epoch that is best on the second of two sets, learning from the first."""
+    train, check = sets
     best, best_loss, stale = copy.deepcopy(model), float("inf"), 0
     optimizer = torch.optim.Adam(model.parameters(), lr=LEARNING_RATE)
-    weights = averaging(LENGTH)
     batches = -(-len(train) // BATCH)
     schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, EPOCHS * batches)
     for epoch in range(EPOCHS):
         progress("training lstm", epoch, EPOCHS)
         model.train()
         for batch in train.batches(torch.randperm(len(train))):
-            total, count = _loss(model, batch, weights)
+            total, count = loss_of(model, batch)
             optimizer.zero_grad()
             (total / count).backward()  # type: ignore[no-untyped-call]
             nn.utils.clip_grad_norm_(model.parameters(), 1.0)
@@ -171,7 +199,7 @@ def _fit(train: Sequences, check: Sequences, progress: OnStage) -> ResidualLstm:
             schedule.step()
         model.eval()
         with torch.inference_mode():
-            losses = [_loss(model, batch, weights) for batch in check.batches(torch.arange(len(check)))]
+            losses = [loss_of(model, batch) for batch in check.batches(torch.arange(len(check)))]
         loss = float(sum(total for total, _ in losses)) / float(sum(count for _, count in losses))
         if loss < best_loss - 1e-5:
             best, best_loss, stale = copy.deepcopy(model), loss, 0

@@ -14,6 +14,7 @@ from gpsec.detection.learned import Learned, OnStage
 from gpsec.detection.logs import ResidualLog
 from gpsec.detection.lstm import Lstm
 from gpsec.detection.lstm_cusum import LstmCusum
+from gpsec.detection.lstm_glr import LstmGlr
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,12 @@ def _learn_lstm(logs: Sequence[ResidualLog], seed: int, progress: OnStage) -> Le
     return lstm_training.learn_lstm(logs, seed, progress)
 
 
+def _learn_lstm_glr(logs: Sequence[ResidualLog], seed: int, progress: OnStage) -> Learned:
+    from gpsec.detection import lstm_training
+
+    return lstm_training.learn_lstm_glr(logs, seed, progress)
+
+
 def _take(made: Any) -> tuple[str, Entry] | None:
     """Return the entry of a class from outside gpsec, from what the class says of itself.
 
@@ -77,11 +84,16 @@ DETECTORS: Registry[Entry] = Registry(
         IsolationForest.name: Entry(
             "isolation forest on windows of the residual", IsolationForest.from_learned, _learn_forest
         ),
-        Lstm.name: Entry("squared error of an LSTM's prediction of the residual", Lstm.from_learned, _learn_lstm),
+        Lstm.name: Entry(
+            "mean squared error of an LSTM's prediction of the next residual: Eq 10", Lstm.from_learned, _learn_lstm
+        ),
+        LstmGlr.name: Entry(
+            "likelihood ratio of an LSTM's errors, over several time scales", LstmGlr.from_learned, _learn_lstm_glr
+        ),
         LstmCusum.name: Entry(
             "two-sided cumulative sums of the error of the LSTM's prediction",
             LstmCusum.from_learned,
-            learns_from=Lstm.name,
+            learns_from=LstmGlr.name,
         ),
         Told.name: Entry("is told at once when an attack begins and ends", lambda learned: Told(), threshold=0.5),
         Never.name: Entry("never raises an alarm", lambda learned: Never(), threshold=1.0),

@@ -51,6 +51,14 @@ TABLES_II_TO_IV = (
     PublishedRmse("IV (nuScenes)", ("slow_curve", "highway"), "nuscenes", (0.316, 0.137, 0.312), (2.062, 2.049, 2.908)),
 )
 
+# Ours that the paper's row of a detector is set beside, too.
+STANDS_FOR = {"lstm_glr": "lstm"}
+
+
+def detection_like(attack: str, detector: str) -> PublishedScores | None:
+    """Return the cell of Table I for a detector, or for the one that it stands for, if there is one."""
+    return TABLE_I.get((attack, STANDS_FOR.get(detector, detector)))
+
 
 def localization_like(scenario: str, profile: str) -> PublishedRmse | None:
     """Return the table whose set-up is like ours, if there is one."""

@@ -15,7 +15,7 @@ from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
-from gpsec.outcomes.paper import TABLE_I, PublishedScores, localization_like
+from gpsec.outcomes.paper import PublishedScores, detection_like, localization_like
 from gpsec.outcomes.state import OUTCOMES
 from gpsec.outcomes.tables import read_table
 from gpsec.types.constants import MANIFEST, UNDEFENDED
@@ -80,7 +80,7 @@ def _detection(
     scenario: str, profile: str, rows: pd.DataFrame, attacks: Mapping[str, str] | None, console: Console
 ) -> Group:
     paper = {
-        (name, detector): TABLE_I.get((name if attacks is None else attacks.get(name, ""), detector))
+        (name, detector): detection_like(name if attacks is None else attacks.get(name, ""), detector)
         for name, detector in zip(rows["attack"], rows["detector"], strict=True)
     }
     events = rows[(rows["n_events"] > 0) & ~rows["detector"].isin(_BOUNDS)]
@@ -148,7 +148,7 @@ def _localization(scenario: str, profile: str, rows: pd.DataFrame, console: Cons
     extra: dict[str, dict[str, str]] = {}
     caption = "during the attack, none: over the whole settled life; never+none is without mitigation"
     if paper:
-        figures = {UNDEFENDED: paper.undefended_m, "lstm+ukf": paper.mitigated_m}
+        figures = {UNDEFENDED: paper.undefended_m, "lstm+ukf": paper.mitigated_m, "lstm_glr+ukf": paper.mitigated_m}
         extra[f"paper, {paper.table}"] = {name: _triple(values) for name, values in figures.items()}
         caption += "; the paper's figures are for its own data and parameters, and it does not say which attack it is"
     return _matrix(

@@ -5,7 +5,7 @@ from dataclasses import astuple, dataclass
 
 import pandas as pd
 
-from gpsec.outcomes.paper import TABLE_I, TABLES_II_TO_IV
+from gpsec.outcomes.paper import TABLES_II_TO_IV, detection_like
 from gpsec.paper.studies import CONSTANT_BIAS, SET_UPS, SLOW_STEALTH, STEALTH
 from gpsec.paper.tables import LEARNED, METRICS, PaperRow, at
 from gpsec.scenario.choices import DEFAULT_RATE
@@ -51,8 +51,8 @@ def _detection(rows: Mapping[tuple[str, str], PaperRow]) -> Iterator[Goal]:
     for profile, network in SET_UPS.items():
         label = at(f"{profile} on {network}")
         for attack in (CONSTANT_BIAS, STEALTH):
-            published = TABLE_I[attack, LEARNED]
-            for metric, figure in zip(METRICS, astuple(published), strict=True):
+            published = detection_like(attack, LEARNED)
+            for metric, figure in zip(METRICS, astuple(published) if published else (), strict=True):
                 row = rows[f"{label} / {attack} / {LEARNED}", metric]
                 bound = _BOUNDS[metric]
                 yield _goal(f"{LEARNED}, {profile}, {attack}: {metric}", bound, figure, row)

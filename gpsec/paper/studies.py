@@ -44,7 +44,7 @@ PlanTable = dict[str, Any]
 Group = tuple[str, ...]
 NONE = ("never", "none")
 # Responses that isolate GNSS, and the paper's own.
-PAPER = ("lstm", "ukf")
+PAPER = ("lstm_glr", "ukf")
 
 
 @dataclass(frozen=True)
@@ -228,7 +228,7 @@ class Studies:
             profile,
             SEEDS[0],
             _pinned_plans(pinned, profile),
-            [NONE, *[("lstm", name) for name in _isolating()]],
+            [NONE, *[("lstm_glr", name) for name in _isolating()]],
             _Settings(duration_s=120.0, equipped_share=0.1, log_steps=True),
         )
 
@@ -299,9 +299,9 @@ def _watched() -> list[tuple[str, str]]:
 def _all_defences() -> list[tuple[str, str]]:
     """Return every response behind the truth and behind the paper's detector, and the paper's behind all others."""
     isolating = _isolating()
-    both = [(detector, response) for detector in ("told", "lstm") for response in isolating]
+    both = [(detector, response) for detector in ("told", "lstm_glr") for response in isolating]
     return list(dict.fromkeys([NONE, *both, *_watched()[1:]]))
 
 
 def _curve_defences() -> list[tuple[str, str]]:
-    return list(dict.fromkeys([*_watched(), *(("lstm", response) for response in _isolating())]))
+    return list(dict.fromkeys([*_watched(), *(("lstm_glr", response) for response in _isolating())]))

@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pandas as pd
 
-from gpsec.outcomes.paper import TABLE_I, PublishedRmse
+from gpsec.outcomes.paper import PublishedRmse, detection_like
 from gpsec.outcomes.tables import FLOAT_FORMAT, whole
 from gpsec.paper import pool
 from gpsec.paper.pool import Estimate
 from gpsec.paper.studies import CONSTANT_BIAS, LANE_ALIAS, NONE, PAPER, SET_UPS, SLOW_STEALTH, STEALTH, Pinned
 from gpsec.scenario.choices import DEFAULT_RATE
 
-LEARNED = "lstm"
+LEARNED = "lstm_glr"
 METRICS = ("precision", "recall", "f1", "delay_mean_s")
 
 
@@ -56,7 +56,7 @@ def detection_rows(
     for attack, plan in attacks.items():
         of = {name: pool.of_detector(events, name, plan) for name in detectors}
         for name, mine in of.items():
-            published = TABLE_I.get((attack, name))
+            published = detection_like(attack, name)
             rows += _rows(
                 f"{label} / {attack} / {name}",
                 pool.detection(mine),

@@ -16,8 +16,9 @@ from gpsec.detection.forecast import Forecaster
 from gpsec.detection.isolation_forest import IsolationForest
 from gpsec.detection.lstm import Lstm
 from gpsec.detection.lstm_cusum import LstmCusum
+from gpsec.detection.lstm_glr import LstmGlr
 from gpsec.reference.detector import Scale, TrackDetector, TrackVerdict
-from gpsec.reference.forecast import PlainNetwork, TrackLstm, TrackLstmCusum
+from gpsec.reference.forecast import PlainNetwork, TrackLstm, TrackLstmCusum, TrackLstmGlr
 from gpsec.reference.forest import PlainForest, TrackForest
 from gpsec.reference.sight import Sight
 
@@ -127,12 +128,14 @@ def detector_maker(detector: Detector | LabelledDetector, profiles: int) -> Make
         networks = [PlainNetwork(detector.learned[profile]) for profile in range(profiles)]
     if isinstance(detector, Lstm):
         return lambda scale: TrackLstm(detector, networks[scale.profile], scale)
+    if isinstance(detector, LstmGlr):
+        return lambda scale: TrackLstmGlr(detector, networks[scale.profile], scale)
     if isinstance(detector, LstmCusum):
         return lambda scale: TrackLstmCusum(detector, networks[scale.profile], scale)
     if isinstance(detector, Never):
         return TrackNever
     if isinstance(detector, Told):
         return TrackTold
-    known = [kind.name for kind in (ChiSquare, Cusum, IsolationForest, Lstm, LstmCusum, Never, Told)]
+    known = [kind.name for kind in (ChiSquare, Cusum, IsolationForest, Lstm, LstmGlr, LstmCusum, Never, Told)]
     name = cast("Detector", detector).name
     raise GpsecError(f"the reference engine has no detector '{name}': {nearest(name, known)}")

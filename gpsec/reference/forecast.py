@@ -12,10 +12,11 @@ import numpy as np
 import torch
 from torch import nn
 
-from gpsec.detection.forecast import CLIP, DELAY, Forecaster
+from gpsec.detection.forecast import CLIP, Forecaster
 from gpsec.detection.learned import Learned
-from gpsec.detection.lstm import DECAYS, Lstm
+from gpsec.detection.lstm import Lstm
 from gpsec.detection.lstm_cusum import LstmCusum
+from gpsec.detection.lstm_glr import DECAYS, LstmGlr
 from gpsec.reference.detector import Scale, TrackDetector
 from gpsec.reference.sight import Sight
 
@@ -60,18 +61,18 @@ class PlainNetwork:
 
 
 class TrackForecaster(TrackDetector):
-    """Base of the two detectors that forecast the residual by the LSTM."""
+    """Base of the detectors that forecast the residual by the LSTM."""
 
     def __init__(self, detector: Forecaster, network: PlainNetwork, scale: Scale) -> None:
         super().__init__(scale)
         self._network = network
-        self._patience, self._plausible = detector.distrust, detector.plausible
+        self._patience, self._plausible, self._delay = detector.distrust, detector.plausible, detector.delay
         self.forget()
 
     def forget(self) -> None:
         """Empty the memory."""
         self._memory = self._network.blank()
-        self._waiting = deque([0.0] * DELAY)
+        self._waiting = deque([0.0] * self._delay)
         self._prediction = 0.0
         self._distrust = 0
 
@@ -97,9 +98,28 @@ class TrackForecaster(TrackDetector):
 
 
 class TrackLstm(TrackForecaster):
-    """Squared error of an LSTM that predicts the residual (Eq 10), at several time scales."""
+    """Mean of the last squared errors of an LSTM that predicts the next residual (Eq 10)."""
 
     def __init__(self, detector: Lstm, network: PlainNetwork, scale: Scale) -> None:
+        self._last: deque[float] = deque(maxlen=detector.window)
+        super().__init__(detector, network, scale)
+
+    def forget(self) -> None:
+        """Empty memory and window."""
+        super().forget()
+        self._last.clear()
+
+    def score(self, z: float, sight: Sight, elapsed_s: float) -> float | None:
+        """Return ξ = (1/n)·Σ (z - ẑ)²."""
+        prediction, _ = self.expect(sight)
+        self._last.append((z - prediction) ** 2)
+        return float(np.mean(self._last)) if len(self._last) == self._last.maxlen else None
+
+
+class TrackLstmGlr(TrackForecaster):
+    """Generalised likelihood ratio of the errors of an LSTM that predicts the residual, at several time scales."""
+
+    def __init__(self, detector: LstmGlr, network: PlainNetwork, scale: Scale) -> None:
         self._enough = detector.enough
         super().__init__(detector, network, scale)
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from gpsec.outcomes.paper import TABLE_I, localization_like
+from gpsec.outcomes.paper import detection_like, localization_like
 from gpsec.outcomes.state import OUTCOMES
 from gpsec.report.figure_data import group_name
 from gpsec.report.figures import defences_of
@@ -77,7 +77,7 @@ def detection_tables(run: Results) -> list[ReportTable]:
             cells += [TableCell(figure(row["roc_auc"])), TableCell(figure(row["pr_auc"]))]
             cells += [_measured(row, "false_alarms_per_vehicle_hour")]
             lines.append(TableRow(row["attack"], row["detector"], cells))
-            paper = TABLE_I.get((str(attacks.get(row["attack"], row["attack"])), str(row["detector"])))
+            paper = detection_like(str(attacks.get(row["attack"], row["attack"])), str(row["detector"]))
             if paper is not None:
                 published = [paper.precision, paper.recall, paper.f1, paper.delay_s]
                 cells = [*(TableCell(figure(value)) for value in published), *[TableCell("")] * 4]

@@ -152,7 +152,7 @@ class DetectionSection(Section):
             the current one; unset takes those that gpsec comes with.
     """
 
-    detectors: tuple[str, ...] = Field(("chi_square", "cusum", "isolation_forest", "lstm"), strict=False)
+    detectors: tuple[str, ...] = Field(("chi_square", "cusum", "isolation_forest", "lstm_glr"), strict=False)
     false_alarm_rate: str = choices.DEFAULT_RATE
     models: Annotated[str | None, Unset] = None
 

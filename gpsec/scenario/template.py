@@ -109,7 +109,7 @@ profile = "carla" # whose sensors they have: gpsec list profiles; or shares, {{ 
 
 # Detectors to score and the rate of false alarms that all are calibrated to: gpsec list detectors.
 [detection]
-detectors = ["chi_square", "cusum", "isolation_forest", "lstm"]
+detectors = ["chi_square", "cusum", "isolation_forest", "lstm_glr"]
 false_alarm_rate = "1e-3/sample"
 
 # A defence is a detector and what is done on its alarm. The undefended vehicle, never+none, is always there.
@@ -122,7 +122,7 @@ detector = "cusum"
 response = "ukf"
 
 [[defences]]
-detector = "lstm" # the paper's
+detector = "lstm_glr" # the paper's UKF behind our form of its LSTM
 response = "ukf"
 
 # Attack plans: who is attacked, when, and how; gpsec list attacks. The zone in {Path(sumocfg).stem}.add.xml is one

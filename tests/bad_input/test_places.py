@@ -11,7 +11,7 @@ from gpsec.detection.models import build_detectors, load_models
 from gpsec.hdmap.map import load_map
 from gpsec.running.folders import resolved
 
-LEARNED = ("isolation_forest", "lstm")
+LEARNED = ("isolation_forest", "lstm_glr")
 
 
 def test_links_in_a_circle(here: Path) -> None:

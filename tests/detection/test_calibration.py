@@ -7,6 +7,7 @@ from gpsec.detection.cusum import Cusum
 from gpsec.detection.logs import Grid
 from gpsec.detection.lstm import Lstm
 from gpsec.detection.lstm_cusum import LstmCusum
+from gpsec.detection.lstm_glr import LstmGlr
 from gpsec.testing.residuals import make_log
 
 
@@ -23,13 +24,14 @@ def test_threshold_of_a_normal_deviate():
     assert found.achieved == pytest.approx(1e-3, rel=0.05)
 
 
-@pytest.mark.parametrize("name", ["chi_square", "cusum", "lstm", "lstm_cusum"])
+@pytest.mark.parametrize("name", ["chi_square", "cusum", "lstm", "lstm_glr", "lstm_cusum"])
 def test_rate_on_other_data_is_the_one_asked_for(name, model):
     detector = {
         "chi_square": lambda: ChiSquare(),
         "cusum": lambda: Cusum.from_learned([model.learned["cusum"]]),
         "lstm": lambda: Lstm.from_learned([model.learned["lstm"]]),
-        "lstm_cusum": lambda: LstmCusum.from_learned([model.learned["lstm"]]),
+        "lstm_glr": lambda: LstmGlr.from_learned([model.learned["lstm_glr"]]),
+        "lstm_cusum": lambda: LstmCusum.from_learned([model.learned["lstm_glr"]]),
     }[name]()
     # Short correlation, so that there are many independent samples in little data.
     logs = [make_log(100, 700, seed=seed, tau_s=3.0, chord_m=0.0, gaps=False) for seed in (31, 32)]

@@ -29,11 +29,11 @@ OF_ALARMS = [check for check in DETECTOR_CHECKS if "alarm" in check.__name__ or 
 @pytest.fixture(scope="module")
 def models(model):
     # What the second profile's vehicles learned differs a little.
-    forest, network = model.learned["isolation_forest"], model.learned["lstm"]
+    forest, networks = model.learned["isolation_forest"], {name: model.learned[name] for name in ("lstm", "lstm_glr")}
     other = {
         "cusum": {**model.learned["cusum"], "white": np.asarray(0.7)},
         "isolation_forest": {**forest, "threshold": np.float32(0.9) * forest["threshold"]},
-        "lstm": {**network, "weight": np.float32(0.9) * network["weight"]},
+        **{name: {**one, "weight": np.float32(0.9) * one["weight"]} for name, one in networks.items()},
     }
     return {("first", "tracked"): model, ("second", "tracked"): replace(model, learned=other)}
 

@@ -12,9 +12,10 @@ from gpsec.detection.chi_square import ChiSquare
 from gpsec.detection.cusum import Cusum
 from gpsec.detection.forecast import CLIP, DELAY
 from gpsec.detection.isolation_forest import WINDOW
-from gpsec.detection.lstm import DECAYS, Lstm
+from gpsec.detection.lstm import Lstm
 from gpsec.detection.lstm_cell import HIDDEN
 from gpsec.detection.lstm_cusum import LstmCusum
+from gpsec.detection.lstm_glr import DECAYS, LstmGlr
 from gpsec.detection.registry import DETECTORS
 from gpsec.scenario import parts
 from gpsec.testing import DETECTOR_CHECKS, check_detector
@@ -27,11 +28,12 @@ GUIDE = (DOCS / "adding-a-detector.md").read_text(encoding="utf-8")
 
 def test_parameters_in_the_docs_are_those_of_the_code():
     text = (DOCS / "detection.md").read_text()
-    cusum, lstm, sums = Cusum((1.0,), (1.0,), (1.0,)), Lstm(()), LstmCusum(())
+    cusum, lstm, sums = Cusum((1.0,), (1.0,), (1.0,)), LstmGlr(()), LstmCusum(())
     stated = [
         f"n = {ChiSquare().window} |",
         f"k = {cusum.slack:g}, clip {cusum.clip:g}, reach {cusum.reach:g}, plausible {cusum.plausible:g},"
         f" margin {cusum.margin:g}",
+        f"n = {Lstm(()).window}, {HIDDEN} hidden units, clip {CLIP:g}, delay {Lstm.delay},",
         f"w = {WINDOW}, {forest_training.TREES} trees, ψ = {forest_training.SAMPLES}",
         f"λ = {', '.join(f'{decay:g}' for decay in DECAYS)}, {HIDDEN} hidden units, clip {CLIP:g}, delay {DELAY},"
         f" distrust {lstm.distrust}, plausible {lstm.plausible:g}, enough {lstm.enough:g}",

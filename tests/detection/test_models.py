@@ -55,10 +55,10 @@ def test_detectors_and_thresholds_come_by_name(folder):
     ("names", "profile", "matching", "rate", "message"),
     [
         (["lsmt"], "carla", "tracked", "1e-3/sample", "did you mean 'lstm'"),
-        (["lstm"], "carlo", "tracked", "1e-3/sample", "'carlo' with tracked .* 'gpsec train --profile carlo'"),
-        (["lstm"], "carla", "nearest", "1e-3/sample", "'carla' with nearest .* 'gpsec train --profile carla'"),
-        (["lstm"], "carla", "tracked", "1e-3/samples", "did you mean '1e-3/sample'"),
-        (["lstm"], "carla", "tracked", "0.1/h", "too little benign data"),
+        (["lstm_glr"], "carlo", "tracked", "1e-3/sample", "'carlo' with tracked .* 'gpsec train --profile carlo'"),
+        (["lstm_glr"], "carla", "nearest", "1e-3/sample", "'carla' with nearest .* 'gpsec train --profile carla'"),
+        (["lstm_glr"], "carla", "tracked", "1e-3/samples", "did you mean '1e-3/sample'"),
+        (["lstm_glr"], "carla", "tracked", "0.1/h", "too little benign data"),
     ],
 )
 def test_unknown_choices_are_named(folder, names, profile, matching, rate, message):
@@ -74,26 +74,26 @@ def test_missing_and_damaged_files_are_named(folder, name, content):
     else:
         (folder / name).write_bytes(content)
     with pytest.raises(GpsecError, match=name):
-        build_detectors(["lstm"], ["carla"], "tracked", load_models(folder))
+        build_detectors(["lstm_glr"], ["carla"], "tracked", load_models(folder))
 
 
 def test_truncated_arrays_are_named(folder):
     path = folder / "carla-tracked.npz"
     path.write_bytes(path.read_bytes()[:2000])
     with pytest.raises(GpsecError, match=r"carla-tracked\.npz"):
-        build_detectors(["lstm"], ["carla"], "tracked", load_models(folder))
+        build_detectors(["lstm_glr"], ["carla"], "tracked", load_models(folder))
 
 
 def test_pickles_are_refused(folder):
-    np.savez(folder / "carla-tracked.npz", **{"lstm.weight": np.asarray([{"a": 1}], dtype=object)})
+    np.savez(folder / "carla-tracked.npz", **{"lstm_glr.weight": np.asarray([{"a": 1}], dtype=object)})
     with pytest.raises(GpsecError, match=r"carla-tracked\.npz"):
-        build_detectors(["lstm"], ["carla"], "tracked", load_models(folder))
+        build_detectors(["lstm_glr"], ["carla"], "tracked", load_models(folder))
 
 
 def test_damaged_thresholds_are_named(folder):
     path = folder / "thresholds.json"
     document = json.loads(path.read_text())
-    document["models"]["carla"]["tracked"]["1e-3/sample"]["lstm"] = {"threshold": "high"}
+    document["models"]["carla"]["tracked"]["1e-3/sample"]["lstm_glr"] = {"threshold": "high"}
     path.write_text(json.dumps(document))
     with pytest.raises(GpsecError, match=r"thresholds\.json"):
         load_models(folder)

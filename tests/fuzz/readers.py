@@ -141,7 +141,7 @@ def _replay() -> int:
 
 def _models() -> int:
     loaded = models.load_models(Path.cwd())
-    names = ("chi_square", "cusum", "isolation_forest", "lstm")
+    names = ("chi_square", "cusum", "isolation_forest", "lstm_glr")
     detectors = models.build_detectors(names, ["carla"], "tracked", loaded)
     models.thresholds_for(names, ["carla"], "tracked", "1e-3/sample", loaded)
     return 0 if len(detectors) == len(names) else 1

@@ -13,14 +13,14 @@ from gpsec.outcomes.tables import TABLES, read_table
 from .scene import Scene
 from .story import tell
 
-DETECTORS = ("chi_square", "cusum", "isolation_forest", "lstm", "told", "never")
+DETECTORS = ("chi_square", "cusum", "isolation_forest", "lstm_glr", "told", "never")
 DEFENCES = (
     ("never", "none"),
     ("cusum", "ukf"),
     ("isolation_forest", "dead_reckoning"),
     ("isolation_forest", "ukf"),
-    ("lstm", "dead_reckoning"),
-    ("lstm", "ukf"),
+    ("lstm_glr", "dead_reckoning"),
+    ("lstm_glr", "ukf"),
     ("told", "ukf"),
 )
 COSTS = {
@@ -138,7 +138,7 @@ def test_long_names_are_folded(tmp_path):
 def test_paper_rows_stand_beside_ours(summary):
     rows = [line for line in summary.splitlines() if "0.98/1.00/0.99 0.0" in line]
     assert len(rows) == 2
-    assert all("lstm" in row and "1.00 1.00–1.00" in row and "0.00 0.00–0.00" in row for row in rows)
+    assert all("lstm_glr" in row and "1.00 1.00–1.00" in row and "0.00 0.00–0.00" in row for row in rows)
     paper = next(line for line in summary.splitlines() if "paper, II (DSD)" in line)
     assert paper.split()[-2:] == ["1.52/1.54/2.16", ".012/.025/.032"]
     assert summary.count("paper, II (DSD)") == 2  # seven defences make two tables; town is not in the paper

@@ -13,15 +13,15 @@ def test_steps_belong_to_junctions_lane_changes_and_roads(tmp_path):
             "plan": "a",
             "lane": lanes,
             "attacked": [False] + [True] * 9,
-            "lstm_alarm": [True, False, False, True, True, True, True, True, True, False],
+            "lstm_glr_alarm": [True, False, False, True, True, True, True, True, True, False],
             "oracle_alarm": True,
         }
     )
-    other = log.assign(plan="none", lstm_alarm=False)
+    other = log.assign(plan="none", lstm_glr_alarm=False)
     pd.concat([log, other]).to_parquet(tmp_path / "steps.parquet")
     found = contexts.recall_by_context(tmp_path, "a")
-    assert list(found) == ["lstm"]
-    shares = {name: (each.value, each.n) for name, each in found["lstm"].items()}
+    assert list(found) == ["lstm_glr"]
+    shares = {name: (each.value, each.n) for name, each in found["lstm_glr"].items()}
     # Road: 1 s (no) and 7 s (yes); the change: 2-6 s, all but the first; the junction: 8 s (yes) and 9 s (no).
     assert shares == {"road": (0.5, 1), "lane change": (0.8, 1), "junction": (0.5, 1)}
 
@@ -34,9 +34,9 @@ def test_a_new_edge_is_no_lane_change(tmp_path):
             "plan": "a",
             "lane": ["e_0", "f_1", "f_0"],
             "attacked": True,
-            "lstm_alarm": True,
+            "lstm_glr_alarm": True,
         }
     )
     log.to_parquet(tmp_path / "steps.parquet")
-    found = contexts.recall_by_context(tmp_path, "a")["lstm"]
+    found = contexts.recall_by_context(tmp_path, "a")["lstm_glr"]
     assert (found["road"].n, found["lane change"].n) == (2, 0)

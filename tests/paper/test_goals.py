@@ -17,7 +17,7 @@ def test_a_goal_is_met_or_missed_by_its_bound():
 
 def test_the_further_response_is_held_against_the_paper_s():
     rows = [
-        PaperRow(f"{attack} / lstm+{response}", "rmse_xy_m", None, value, None, None, 5)
+        PaperRow(f"{attack} / lstm_glr+{response}", "rmse_xy_m", None, value, None, None, 5)
         for attack, before, after in (("stealth", 0.4, 0.2), ("slow_stealth", 0.4, 0.3))
         for response, value in (("ukf", before), ("ukf5_rollback", after))
     ]

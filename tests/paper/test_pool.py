@@ -14,7 +14,7 @@ def events(**columns):
 
 
 SEEN = events(
-    detector=["lstm"] * 2,
+    detector=["lstm_glr"] * 2,
     response=["ukf"] * 2,
     true_positives=[8, 0],
     false_positives=[2, 0],
@@ -43,8 +43,8 @@ def test_no_event_has_no_figure():
 
 def test_one_row_an_event_whichever_defences_listen():
     both = pd.concat([SEEN, SEEN.assign(response="dead_reckoning"), SEEN.assign(detector="cusum")])
-    assert len(pool.of_detector(both, "lstm", "a")) == 2
-    assert len(pool.of_detector(both, "lstm", "b")) == 0
+    assert len(pool.of_detector(both, "lstm_glr", "a")) == 2
+    assert len(pool.of_detector(both, "lstm_glr", "b")) == 0
 
 
 def test_lead_over_the_best_of_others():
@@ -70,15 +70,15 @@ def test_errors_are_pooled_over_time():
 def test_false_alarms_per_vehicle_hour():
     vehicles = pd.DataFrame(
         {
-            "detector": ["lstm", "lstm", "lstm", "lstm"],
+            "detector": ["lstm_glr", "lstm_glr", "lstm_glr", "lstm_glr"],
             "response": ["ukf", "ukf", "none", "ukf"],
             "attack": ["none", "none", "none", "a"],
             "false_alarms": [1, 2, 50, 70],
             "vehicle_seconds": [1800.0, 1800.0, 9.0, 9.0],
         }
     )
-    assert pool.false_alarms(vehicles, "lstm").value == pytest.approx(3.0)
-    none = pool.false_alarms(vehicles.assign(false_alarms=0), "lstm")
+    assert pool.false_alarms(vehicles, "lstm_glr").value == pytest.approx(3.0)
+    none = pool.false_alarms(vehicles.assign(false_alarms=0), "lstm_glr")
     assert (none.value, none.low) == (0.0, 0.0)
     assert none.high == pytest.approx(-log(0.025))  # of a Poisson count of 0 in one hour
 

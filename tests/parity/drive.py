@@ -19,6 +19,7 @@ from gpsec.detection.learned import Learned
 from gpsec.detection.lstm import Lstm
 from gpsec.detection.lstm_cell import HIDDEN, INPUTS, OUTPUTS
 from gpsec.detection.lstm_cusum import LstmCusum
+from gpsec.detection.lstm_glr import LstmGlr
 from gpsec.localization.rejoin import SwitchSettings
 from gpsec.localization.responses import CameraUkf, DeadReckoning, NoResponse, Rollback, Ukf5, Ukf5Rollback
 from gpsec.localization.switch import Localization
@@ -47,7 +48,7 @@ DEFENCES = (
     ("chi_square", CameraUkf),
     ("cusum", DeadReckoning),
     ("isolation_forest", CameraUkf),
-    ("lstm", DeadReckoning),
+    ("lstm_glr", DeadReckoning),
     ("isolation_forest", Rollback),
     ("chi_square", Ukf5),
     ("cusum", Ukf5Rollback),
@@ -103,7 +104,8 @@ def learned_for(seed: int) -> dict[str, Learned]:
     return {
         "cusum": {key: np.asarray(value) for key, value in whitening.items()},
         "isolation_forest": _forest(seed),
-        "lstm": _network(seed),
+        "lstm": _network(seed, Lstm.outputs),
+        "lstm_glr": _network(seed, OUTPUTS),
     }
 
 
@@ -115,14 +117,15 @@ def detection_for(profiles: Sequence[str], step_s: float) -> Detection:
         Cusum.from_learned([one["cusum"] for one in learned]),
         IsolationForest.from_learned([one["isolation_forest"] for one in learned]),
         Lstm.from_learned([one["lstm"] for one in learned]),
-        LstmCusum.from_learned([one["lstm"] for one in learned]),
+        LstmGlr.from_learned([one["lstm_glr"] for one in learned]),
+        LstmCusum.from_learned([one["lstm_glr"] for one in learned]),
         Never(),
         Told(),
     )
     return Detection(
         names=tuple(detector.name for detector in detectors),
         detectors=detectors,
-        thresholds=np.tile([4.0, 6.0, 0.62, 4.0, 6.0, 0.5, 0.5], (len(profiles), 1)),
+        thresholds=np.tile([4.0, 6.0, 0.62, 4.0, 4.0, 6.0, 0.5, 0.5], (len(profiles), 1)),
         scale_m=np.array([residual_sigma_m(PROFILES[name]) for name in profiles]),
         sampling=sampling_of([PROFILES[name] for name in profiles], step_s),
     )
@@ -134,7 +137,7 @@ def _forest(seed: int) -> Learned:
     return flatten(SklearnForest(n_estimators=20, max_samples=128, random_state=seed).fit(features))
 
 
-def _network(seed: int) -> Learned:
+def _network(seed: int, outputs: int) -> Learned:
     generator = np.random.default_rng(seed)
 
     def weights(*shape: int):
@@ -143,8 +146,8 @@ def _network(seed: int) -> Learned:
     return {
         "weight": weights(len(INPUTS) + HIDDEN, 4 * HIDDEN),
         "bias": weights(4 * HIDDEN),
-        "head": weights(HIDDEN, OUTPUTS),
-        "offset": weights(OUTPUTS),
+        "head": weights(HIDDEN, outputs),
+        "offset": weights(outputs),
     }
 
 

@@ -18,13 +18,13 @@ def test_both_engines_agree_after_every_step(drive: Drive, mode: int):
     method = SideBySide(drive.matched(mode))
     drive_through(drive.matched(mode), 3, method)
     found = method.found
-    assert max(found.worst.pop("lstm"), found.worst.pop("lstm_cusum")) < FLOAT32_TOLERANCE
+    assert max(found.worst.pop(name) for name in ("lstm", "lstm_glr", "lstm_cusum")) < FLOAT32_TOLERANCE
     assert {quantity: worst for quantity, worst in found.worst.items() if not worst < TOLERANCE} == {}
     assert +found.disagreements == {}
     # The comparison was of something: every detector was silent and in alarm, every filter ran and was left again.
     assert found.seen["track step"] > 3000
     assert 0.5 < found.seen["residual"] / found.seen["track step"] < 1.0
-    for detector in ("chi_square", "cusum", "isolation_forest", "lstm", "lstm_cusum", "told"):
+    for detector in ("chi_square", "cusum", "isolation_forest", "lstm", "lstm_glr", "lstm_cusum", "told"):
         assert 100 < found.seen[f"{detector} alarm"] < 0.8 * found.seen["track step"]
     assert found.seen["never alarm"] == 0
     assert found.seen["fork"] == 15
@@ -42,7 +42,7 @@ def test_both_engines_agree_at_a_short_step(short_steps: Drive):
     method = SideBySide(short_steps)
     drive_through(short_steps, 3, method)
     found = method.found
-    assert max(found.worst.pop("lstm"), found.worst.pop("lstm_cusum")) < FLOAT32_TOLERANCE
+    assert max(found.worst.pop(name) for name in ("lstm", "lstm_glr", "lstm_cusum")) < FLOAT32_TOLERANCE
     assert {quantity: worst for quantity, worst in found.worst.items() if not worst < TOLERANCE} == {}
     assert +found.disagreements == {}
     # Ten or five residuals a second in forty steps.

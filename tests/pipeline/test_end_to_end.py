@@ -34,7 +34,7 @@ def check_results(folder: Path, scenarios: tuple[str, ...]) -> dict[str, pd.Data
         assert "nan" not in (folder / f"{name}.csv").read_text(encoding="utf-8")
     for scenario in scenarios:
         rows = tables["detection"][tables["detection"]["scenario"] == scenario]
-        assert {"chi_square", "cusum", "isolation_forest", "lstm"} <= set(rows["detector"])
+        assert {"chi_square", "cusum", "isolation_forest", "lstm_glr"} <= set(rows["detector"])
     return tables
 
 

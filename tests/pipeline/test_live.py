@@ -35,8 +35,8 @@ from gpsec.types.vehicles import Vehicles
 
 STUDY = Study(
     ("none", "drift", "noise"),
-    ("never", "cusum", "lstm"),
-    (("never", "none"), ("cusum", "ukf"), ("lstm", "ukf"), ("lstm", "none")),
+    ("never", "cusum", "lstm_glr"),
+    (("never", "none"), ("cusum", "ukf"), ("lstm_glr", "ukf"), ("lstm_glr", "none")),
     ("carla",),
     np.zeros((1, 3)),
     0.1,
@@ -98,8 +98,8 @@ def test_plan_and_defence_have_sensible_defaults():
         choose_plan(STUDY, "drif")
     with pytest.raises(GpsecError, match="unknown plan 'none'"):
         choose_plan(STUDY, "none")
-    with pytest.raises(GpsecError, match=r"unknown defence 'lstm'.*known: cusum\+ukf"):
-        choose_defence(STUDY, "lstm")
+    with pytest.raises(GpsecError, match=r"unknown defence 'lstm_glr'.*known: cusum\+ukf"):
+        choose_defence(STUDY, "lstm_glr")
 
 
 def test_what_cannot_be_shown_is_said_in_a_sentence(monkeypatch):

@@ -18,7 +18,7 @@ from gpsec.traffic.source import Departure, Equip, Frame
 DURATION_S = 15.0
 SPEED_MPS = 12.0
 VEHICLES = 12
-DETECTORS = ("chi_square", "cusum", "isolation_forest", "lstm")
+DETECTORS = ("chi_square", "cusum", "isolation_forest", "lstm_glr")
 # A sudden bias of half a lane that begins after three to five seconds and is over after four.
 PLAN = {
     "attack": "constant_bias",

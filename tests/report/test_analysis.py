@@ -26,7 +26,7 @@ def names(run_folder, tmp_path_factory):
     for table in ("events", "curves", "safety"):
         frame = pd.read_csv(folder / f"{table}.csv")
         column = "detector" if "detector" in frame else "defence"
-        more = frame[frame[column].str.startswith("cusum")].replace({"cusum": "lstm", "cusum+ukf": "lstm+ukf"})
+        more = frame[frame[column].str.startswith("cusum")].replace({"cusum": "lstm_glr", "cusum+ukf": "lstm_glr+ukf"})
         if table == "events":
             more["detection_delay_s"] += 0.2
         pd.concat([frame, more]).to_csv(folder / f"{table}.csv", index=False)
@@ -41,7 +41,7 @@ def test_every_undefended_vehicle_left_its_lane(names):
 
 
 def test_detectors_are_compared_at_the_same_rate_and_on_the_same_attacks(names):
-    assert (names["recall"]["lstm"] == names["recall"]["cusum"]).all()
+    assert (names["recall"]["lstm_glr"] == names["recall"]["cusum"]).all()
     assert names["later_s"].tolist() == pytest.approx([0.2, 0.2])
     assert (names["low"], names["high"]) == (pytest.approx(0.2), pytest.approx(0.2))
     assert names["recall"].loc[("lane", "dsd", "bias"), "cusum"] == pytest.approx(35 / 40)  # late by 5 of 40 steps

@@ -40,15 +40,16 @@ def test_a_folder_of_something_else_is_not_written_to(capsys, tmp_path):
 
 def test_detectors_that_share_arrays_are_trained_together():
     assert related(["cusum"]) == ("cusum",)
-    assert related(["lstm_cusum"]) == related(["lstm"]) == ("lstm", "lstm_cusum")
-    assert related(["lstm", "chi_square"]) == ("chi_square", "lstm", "lstm_cusum")
+    assert related(["lstm"]) == ("lstm",)
+    assert related(["lstm_cusum"]) == related(["lstm_glr"]) == ("lstm_glr", "lstm_cusum")
+    assert related(["lstm_glr", "chi_square"]) == ("chi_square", "lstm_glr", "lstm_cusum")
 
 
 def test_what_is_not_trained_stays_and_is_said_to():
     former = ProfileModel(
-        {"cusum": {"white": np.zeros(1)}, "lstm": {"weight": np.zeros(2)}},
-        {"1/h": {"cusum": Calibrated(1.0, 0.1), "lstm": Calibrated(2.0, 0.1)}},
-        {"seed": 1, "detectors": {"cusum": {"slack": 1.0}, "lstm": {}}},
+        {"cusum": {"white": np.zeros(1)}, "lstm_glr": {"weight": np.zeros(2)}},
+        {"1/h": {"cusum": Calibrated(1.0, 0.1), "lstm_glr": Calibrated(2.0, 0.1)}},
+        {"seed": 1, "detectors": {"cusum": {"slack": 1.0}, "lstm_glr": {}}},
     )
     latter = ProfileModel(
         {"cusum": {"white": np.ones(1)}},
@@ -57,10 +58,10 @@ def test_what_is_not_trained_stays_and_is_said_to():
     )
     both = merged(former, latter)
     assert both.learned["cusum"]["white"] == 1.0
-    assert both.learned["lstm"] is former.learned["lstm"]
-    assert both.thresholds["1/h"] == {"cusum": Calibrated(3.0, 0.2), "lstm": Calibrated(2.0, 0.1)}
-    assert both.provenance["detectors"] == {"cusum": {"slack": 2.0}, "lstm": {}}
-    assert both.provenance["kept"] == {"detectors": ["lstm"], "from": {"seed": 1}}
+    assert both.learned["lstm_glr"] is former.learned["lstm_glr"]
+    assert both.thresholds["1/h"] == {"cusum": Calibrated(3.0, 0.2), "lstm_glr": Calibrated(2.0, 0.1)}
+    assert both.provenance["detectors"] == {"cusum": {"slack": 2.0}, "lstm_glr": {}}
+    assert both.provenance["kept"] == {"detectors": ["lstm_glr"], "from": {"seed": 1}}
     assert merged(None, latter) is latter
 
 
