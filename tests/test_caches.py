@@ -275,7 +275,7 @@ def test_stale_entries_are_those_that_nothing_here_will_read(root: Path) -> None
     kept = [
         caches.kernel_folder("gpsec.core.noise") / "entry",
         caches.kernel_folder("tests") / "entry",
-        caches.rehearsal_file("a machine"),
+        caches.warmup_file("a machine"),
         caches.map_folder("a" * 64) / "net.json",
         caches.plotly_file(),
         root / "plotly.txt",  # whatever else lies in a folder that the user has named
@@ -286,7 +286,7 @@ def test_stale_entries_are_those_that_nothing_here_will_read(root: Path) -> None
     old = [
         root / "kernels" / f"gpsec.core.noise-{'0' * 16}",
         root / "kernels" / f"no_such_package-{'0' * 16}",
-        root / "kernels" / f"rehearsed-{'0' * 16}-{'1' * 16}",
+        root / "kernels" / f"warmup-{'0' * 16}-{'1' * 16}",
         root / "kernels" / ("0" * 16),
         root / "maps" / f"map-{'0' * 16}-{'1' * 32}",
         root / "maps" / ("0" * 32),

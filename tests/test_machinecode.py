@@ -232,14 +232,14 @@ def test_a_cache_that_cannot_be_written_costs_compiling_only(place: Place, tmp_p
 
 @pytest.fixture
 def noted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """An entry of a rehearsal."""
+    """An entry of a warm-up."""
     monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
     monkeypatch.setenv("GPSEC_CACHE", str(tmp_path))
     folder = caches.kernel_folder("gpsec.core.noise")
     assert folder is not None
     caches.write(folder / "entry.nbc", b"content")
     assert not kernels.are_compiled()
-    kernels.note_rehearsal([f"{folder.name}/entry.nbc"])
+    kernels.note_warmup([f"{folder.name}/entry.nbc"])
     assert kernels.are_compiled()
     return folder / "entry.nbc"
 

@@ -20,21 +20,16 @@ SAME_ROLE = {"main", "T", "check", "run", "train", *RULES}
 """A program's entry point; a type variable; a command and the function that does it in Python; a rule that several
 kinds of parts keep."""
 
-# To be renamed: each of these still has two meanings. This set only ever shrinks.
-ALLOWED: set[str] = {
-    "load",
-}
-
 
 def test_a_public_name_has_one_home() -> None:
     homes = public_names()
     shared = {name: modules for name, modules in homes.items() if len(modules) > 1 and name not in SAME_ROLE}
-    assert {name: modules for name, modules in shared.items() if name not in ALLOWED} == {}
+    assert shared == {}
 
 
-def test_what_is_allowed_is_still_there() -> None:
+def test_what_may_have_several_homes_still_does() -> None:
     homes = public_names()
-    assert {name for name in ALLOWED | SAME_ROLE if len(homes.get(name, [])) < 2} == set()
+    assert {name for name in SAME_ROLE if len(homes.get(name, [])) < 2} == set()
 
 
 def test_names_are_found_where_they_are_defined() -> None:

@@ -69,13 +69,13 @@ def kernel_folder(owner: str) -> Path | None:
     return None if name is None else _in_kernels(name)
 
 
-def rehearsal_file(machine: str) -> Path:
-    """Return where it is noted what a rehearsal on such a machine has compiled of the code of this version.
+def warmup_file(machine: str) -> Path:
+    """Return where it is noted what a warm-up on such a machine has compiled of the code of this version.
 
     Raises:
         GpsecError: as `cache_folder` does.
     """
-    return _in_kernels(f"{_rehearsed_now()}-{hashlib.sha256(machine.encode()).hexdigest()[:16]}")
+    return _in_kernels(f"{_warmup_now()}-{hashlib.sha256(machine.encode()).hexdigest()[:16]}")
 
 
 def map_folder(digest: str, root: Path | None = None) -> Path:
@@ -223,9 +223,9 @@ def _maps_now() -> str:
     return _versioned("map", str(sources.digest("gpsec.hdmap")), "numpy", "shapely")
 
 
-def _rehearsed_now() -> str:
+def _warmup_now() -> str:
     layers = sorted(f"gpsec.{name}" for name in sources.STAGES)
-    return _versioned("rehearsed", " ".join(str(sources.digest(layer)) for layer in layers), "numba")
+    return _versioned("warmup", " ".join(str(sources.digest(layer)) for layer in layers), "numba")
 
 
 def _is_of_other_code(name: str) -> bool:
@@ -236,7 +236,7 @@ def _is_of_other_code(name: str) -> bool:
     if made is None:
         return False  # somebody else's
     kind = made["kind"]
-    now = _maps_now() if kind == "map" else _rehearsed_now() if kind == "rehearsed" else _kernels_now(kind)
+    now = _maps_now() if kind == "map" else _warmup_now() if kind == "warmup" else _kernels_now(kind)
     return now != f"{kind}-{made['code']}"
 
 

@@ -170,18 +170,18 @@ def only_compile(claims: Path) -> None:
     _claims = claims
 
 
-def load() -> None:
+def import_compiler() -> None:
     """Import numba, which the first kernel would do, while there is something to wait for."""
     _numba()
 
 
 def are_compiled() -> bool:
-    """Return whether all that a rehearsal has compiled of this code, for this machine, is kept and will be loaded.
+    """Return whether all that a warm-up has compiled of this code, for this machine, is kept and will be loaded.
 
     Raises:
         GpsecError: there is no cache, or it is not safe.
     """
-    noted = caches.read(caches.rehearsal_file(_machine()))
+    noted = caches.read(caches.warmup_file(_machine()))
     if noted is None:
         return False
     folder = caches.kernels_folder()
@@ -189,7 +189,7 @@ def are_compiled() -> bool:
 
 
 def kept() -> list[str]:
-    """Return what this process has written or read of machine code, for `note_rehearsal`."""
+    """Return what this process has written or read of machine code, for `note_warmup`."""
     if "gpsec.core.machinecode" not in sys.modules:
         return []
     from gpsec.core.machinecode import entries
@@ -197,9 +197,9 @@ def kept() -> list[str]:
     return sorted(path.relative_to(caches.kernels_folder()).as_posix() for path in entries)
 
 
-def note_rehearsal(names: Iterable[str]) -> None:
-    """Note what all processes of a rehearsal have `kept`, for `are_compiled`."""
-    caches.write(caches.rehearsal_file(_machine()), json.dumps(sorted(set(names))).encode())
+def note_warmup(names: Iterable[str]) -> None:
+    """Note what all processes of a warm-up have `kept`, for `are_compiled`."""
+    caches.write(caches.warmup_file(_machine()), json.dumps(sorted(set(names))).encode())
 
 
 @cache

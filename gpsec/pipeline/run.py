@@ -11,7 +11,7 @@ from threadpoolctl import threadpool_limits
 
 from gpsec.attacks.plans import NO_ATTACK
 from gpsec.core.errors import GpsecError, shown
-from gpsec.core.kernels import load
+from gpsec.core.kernels import import_compiler
 from gpsec.core.progress import Progress, Report
 from gpsec.core.stopwatch import Stopwatch
 from gpsec.core.threads import Threads
@@ -106,7 +106,7 @@ def run_scenario(
         choice = ground.choice if only is None else Few.named(ground.choice, only)
         traffic = (start or RemoteSession)(ground.options, ground.hd_map.lane_index, choice.equipped)
         session = stack.enter_context(traffic)
-        load()  # while SUMO loads its net
+        import_compiler()  # while SUMO loads its net
         _Run(scenario, folder, report, ground, detection, session, stack, onlooker).go(began)
 
 

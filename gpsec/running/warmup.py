@@ -1,6 +1,6 @@
 """Compiles the kernels before the first run, different ones in several processes at once.
 
-Every process rehearses the same run, in which kernels are only compiled, each by the process that comes to it first.
+Every process does the same warm-up run, in which kernels are only compiled, each by the process that comes to it first.
 Otherwise all scenarios that run at once would compile all of them.
 """
 
@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 
 from gpsec.core.caches import can_keep, kernels_folder
 from gpsec.core.errors import GpsecError
-from gpsec.core.kernels import are_compiled, kept, note_rehearsal, only_compile
+from gpsec.core.kernels import are_compiled, kept, note_warmup, only_compile
 from gpsec.core.processes import SPAWN, ignore_interrupts, redirect_output, start
 from gpsec.core.progress import Progress, Report
 from gpsec.core.threads import cores
@@ -41,17 +41,17 @@ def compile_kernels(scenarios: Sequence[Scenario], work: Path, report: Report) -
     note = "kernels are compiled once, which takes up to half a minute"
     report(Progress(batched[0].name, stage="compiling kernels", note=note))
     # A name of its own each time: `work` may hold what a killed run has left.
-    with TemporaryDirectory(prefix=".rehearsal-", dir=work, ignore_cleanup_errors=True) as folder:
+    with TemporaryDirectory(prefix=".warmup-", dir=work, ignore_cleanup_errors=True) as folder:
         _compile(batched, Path(folder))
 
 
 def _compile(batched: Sequence[Scenario], folder: Path) -> None:
-    """Rehearse in several processes, below the empty `folder`, and note what they compiled."""
+    """Warm up in several processes, below the empty `folder`, and note what they compiled."""
     claims = folder / "claims"
     claims.mkdir()
     told = [scenario.model_dump_json() for scenario in batched]
     processes = [
-        SPAWN.Process(target=_rehearse, args=(told, folder / str(number), claims), daemon=True)
+        SPAWN.Process(target=_warm_up, args=(told, folder / str(number), claims), daemon=True)
         for number in range(min(cores(), _MOST_PROCESSES))
     ]
     try:
@@ -67,10 +67,10 @@ def _compile(batched: Sequence[Scenario], folder: Path) -> None:
                     process.join()
     lists = [path.read_text("utf-8").splitlines() for path in folder.glob(f"*/{_KEPT}")]
     if len(lists) == len(processes):
-        note_rehearsal(name for names in lists for name in names)
+        note_warmup(name for names in lists for name in names)
 
 
-def _rehearse(told: Sequence[str], folder: Path, claims: Path) -> None:
+def _warm_up(told: Sequence[str], folder: Path, claims: Path) -> None:
     """Be one of the processes; the scenarios are told as JSON."""
     folder.mkdir()
     redirect_output(folder / ".log")

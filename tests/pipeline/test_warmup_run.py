@@ -40,17 +40,17 @@ def noted(monkeypatch: pytest.MonkeyPatch) -> Called:
     return called
 
 
-def test_a_run_calls_no_kernel_that_was_not_rehearsed(town, traffic, replay, go, claims, noted, tmp_path, monkeypatch):
+def test_a_run_calls_no_kernel_that_was_not_warmed_up(town, traffic, replay, go, claims, noted, tmp_path, monkeypatch):
     monkeypatch.setattr(Compiled, "_compile_for", lambda self, args, claims: flag(args))
     only_compile(claims)
     (tmp_path / "tables").mkdir()
     warm_up(town, tmp_path / "tables")
-    rehearsed = set(noted)
+    warmed = set(noted)
     noted.clear()
     kernels._claims = None
     replay(traffic)
     go(town)
-    assert noted <= rehearsed
+    assert noted <= warmed
     assert len(noted) > 15
 
 
@@ -100,18 +100,18 @@ def adding(amount: float) -> Compiled:
 def test_what_goes_wrong_is_left_to_the_run(town, tmp_path, monkeypatch):
     seen: list = []
     monkeypatch.setattr(warmup, "are_compiled", lambda: False)
-    monkeypatch.setattr(warmup, "_rehearse", give_up)
+    monkeypatch.setattr(warmup, "_warm_up", give_up)
     warmup.compile_kernels([town], tmp_path, seen.append)
     assert [progress.stage for progress in seen] == ["compiling kernels"]
     assert "once" in seen[0].note
 
 
-def test_what_a_killed_rehearsal_has_left_is_in_nobody_s_way(town, tmp_path, monkeypatch):
-    for name in (".claims", ".rehearsal-0", ".rehearsal-1"):
+def test_what_a_killed_warm_up_has_left_is_in_nobody_s_way(town, tmp_path, monkeypatch):
+    for name in (".claims", ".warmup-0", ".warmup-1"):
         (tmp_path / name).mkdir()
     left = sorted(tmp_path.iterdir())
     monkeypatch.setattr(warmup, "are_compiled", lambda: False)
-    monkeypatch.setattr(warmup, "_rehearse", give_up)
+    monkeypatch.setattr(warmup, "_warm_up", give_up)
     warmup.compile_kernels([town], tmp_path, lambda progress: None)
     assert sorted(tmp_path.iterdir()) == left
 
@@ -120,7 +120,7 @@ def give_up(scenarios: list[Scenario], folder: Path, claims: Path) -> None:
     raise GpsecError("no such net")
 
 
-def test_compiled_kernels_are_not_rehearsed(town, tmp_path, monkeypatch):
+def test_compiled_kernels_are_not_warmed_up(town, tmp_path, monkeypatch):
     report: Callable = pytest.fail
     monkeypatch.setattr(warmup, "are_compiled", lambda: True)
     warmup.compile_kernels([town], tmp_path, report)
@@ -129,7 +129,7 @@ def test_compiled_kernels_are_not_rehearsed(town, tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_nothing_is_rehearsed_for_a_cache_that_cannot_be_written(town, tmp_path, monkeypatch):
+def test_nothing_is_warmed_up_for_a_cache_that_cannot_be_written(town, tmp_path, monkeypatch):
     seen: list = []
     monkeypatch.setattr(warmup, "are_compiled", lambda: False)
     monkeypatch.setattr(warmup, "can_keep", lambda folder: False)
