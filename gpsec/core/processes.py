@@ -1,5 +1,6 @@
 """How processes are started and left in peace: interrupts, threads of libraries, output."""
 
+import gc
 import os
 import signal
 import sys
@@ -75,6 +76,11 @@ def end_with_parent() -> None:
     parent = parent_process()
     if parent is not None:
         threading.Thread(target=_end_after, args=(parent.sentinel,), daemon=True).start()
+
+
+def collect_garbage_rarely() -> None:
+    """Let Python look for cycles of objects less often: the many objects of modules and tables hardly make any."""
+    gc.set_threshold(50_000, 20, 100)
 
 
 def _end_after(sentinel: int) -> None:

@@ -61,11 +61,14 @@ def rmse(squared: Floats, samples: Numbers) -> Figures:
 def quantiles(values: Floats, known: Flags, share: float) -> Figures:
     """Return a quantile over the first axis of (B, …) values, of those that are known."""
     value = np.zeros(values.shape[1:])
-    for index in np.ndindex(value.shape):
+    somewhere = np.asarray(known.any(axis=0))
+    everywhere = somewhere & known.all(axis=0)
+    if everywhere.any():
+        value[everywhere] = np.quantile(values[:, everywhere], share, axis=0)
+    for index in zip(*np.nonzero(somewhere & ~everywhere), strict=True):
         cell = (slice(None), *index)
-        if known[cell].any():
-            value[index] = np.quantile(values[cell][known[cell]], share)
-    return Figures(value, np.asarray(known.any(axis=0)))
+        value[index] = np.quantile(values[cell][known[cell]], share)
+    return Figures(value, somewhere)
 
 
 def percentile_interval(replicates: Figures, confidence: float) -> tuple[Figures, Figures]:

@@ -228,13 +228,11 @@ class Loop:
         tracks.fix_m[rows] = seen.fix_m[tracks.vehicle[rows]]
         tracks.fix_valid[rows] = seen.fix_valid[tracks.vehicle[rows]]
         attacked = rows[tracks.attacked[rows]]
-        plan_of = tracks.plan[attacked]
-        for number, plan in enumerate(self._plans, start=1):
-            chosen = attacked[plan_of == number]
-            if not len(chosen):
-                continue
+        plan_of, left, right = tracks.plan[attacked], *self._lanes_beside(tracks.vehicle[attacked])
+        for number in sorted(set(plan_of.tolist())):
+            plan, of_it = self._plans[number - 1], plan_of == number
+            chosen = attacked[of_it]
             vehicle = tracks.vehicle[chosen]
-            left_lane, right_lane = self._lanes_beside(vehicle)
             victims = Victims(
                 rows=chosen,
                 key=vehicles.key[vehicle],
@@ -245,8 +243,8 @@ class Loop:
                 fix_valid=seen.fix_valid[vehicle],
                 lane_yaw_rad=vehicles.lane_yaw_rad[vehicle],
                 lane_width_m=vehicles.lane_width_m[vehicle],
-                left_lane=left_lane,
-                right_lane=right_lane,
+                left_lane=left[of_it],
+                right_lane=right[of_it],
                 deviation_m=tracks.deviation_m[chosen],
                 past_fix=past_fixes(self._history.now, vehicle, step, self._clock.step_s),
             )

@@ -16,7 +16,15 @@ from pathlib import Path
 
 from gpsec.core.errors import GpsecError, MachineError
 from gpsec.core.pipes import PeerGoneError, receive, send
-from gpsec.core.processes import SPAWN, end_with_parent, ended_early, ignore_interrupts, redirect_output, start
+from gpsec.core.processes import (
+    SPAWN,
+    collect_garbage_rarely,
+    end_with_parent,
+    ended_early,
+    ignore_interrupts,
+    redirect_output,
+    start,
+)
 from gpsec.core.progress import DONE, FAILED, Progress, Report
 from gpsec.core.system import refusal
 from gpsec.running.warmup import compile_kernels
@@ -208,6 +216,7 @@ def _start(scenario: Scenario, work: Path, run: Run) -> _Worker:
 def _work(run: Run, told: str, folder: Path, log: Path, connection: Connection) -> None:
     """Be the process of one scenario, which is told as JSON; `folder` has its name."""
     end_with_parent()
+    collect_garbage_rarely()
 
     def prepared(tell: Report) -> None:
         redirect_output(log)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from gpsec.core.errors import GpsecError
 from gpsec.core.pipes import PeerGoneError, receive, send
+from gpsec.core.processes import collect_garbage_rarely
 from gpsec.core.system import refusal
 from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.ring import DEPTH, Head, Ring
@@ -26,6 +27,7 @@ def serve(
     delay_ms: float | None,
 ) -> None:
     """Be the process of SUMO, until the run is over or the other side is gone."""
+    collect_garbage_rarely()
     if delay_ms is None:
         _answer(connection, blocks, options, lanes, equip, delay_ms)
         return
