@@ -15,6 +15,7 @@ from gpsec.console.paper import paper
 from gpsec.console.report import report
 from gpsec.console.run import run
 from gpsec.console.schema import schema
+from gpsec.console.stress import stress
 from gpsec.console.trace import trace
 from gpsec.console.train import train
 from gpsec.console.verify import verify
@@ -95,6 +96,7 @@ _COMMANDS: dict[str, Callable[..., int | None]] = {
     "schema": schema,
     "train": train,
     "paper": paper,
+    "stress": stress,
 }
 for _name, _command in _COMMANDS.items():
     app.command(_name)(_command)

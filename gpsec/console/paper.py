@@ -42,7 +42,8 @@ def _make(out: Path, scenarios: Path, quick: bool, jobs: int | None) -> None:
     from gpsec.console.bars import Lines, TotalBar
     from gpsec.console.terminal import messages
     from gpsec.core.threads import cores
-    from gpsec.paper.command import RUNS, make
+    from gpsec.paper.command import make
+    from gpsec.paper.runs import RUNS
     from gpsec.paper.studies import EVALUATION, TRAINING, Studies
     from gpsec.running.workshop import occupied
 

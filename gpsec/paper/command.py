@@ -12,11 +12,9 @@ from gpsec.outcomes.tables import whole
 from gpsec.paper import figures, page, pool, tables
 from gpsec.paper.filter_consistency import TABLE, evaluate, gather
 from gpsec.paper.pinning import pin
-from gpsec.paper.runs import Runs, run_missing, write_runs
+from gpsec.paper.runs import RUNS, Runs, run_missing, write_runs
 from gpsec.paper.studies import CONSTANT_BIAS, CROWDED, EVALUATION, FURTHER_RATES, SET_UPS, STEALTH, TRAINING, Studies
 
-# Folder of the runs, below that of the tables.
-RUNS = "runs"
 TABLE_ATTACKS = {CONSTANT_BIAS: CONSTANT_BIAS, STEALTH: STEALTH}
 
 

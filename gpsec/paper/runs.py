@@ -13,6 +13,9 @@ from gpsec.running.workers import Run, run_scenarios
 from gpsec.scenario import Scenario
 from gpsec.types.constants import MANIFEST
 
+RUNS = "runs"
+"""Folder of the runs, below that of the tables."""
+
 
 def run_missing(
     scenarios: Sequence[Scenario],

@@ -107,6 +107,9 @@ seed = 1 # of SUMO and of all noise: the same seed gives the same tables
 equipped_share = 1.0 # share of the vehicles that are automated
 profile = "carla" # whose sensors they have: gpsec list profiles; or shares, {{ dsd = 0.5, carla = 0.5 }}
 
+# [world] # what filters and detectors do not know: docs/world.md has the keys, gpsec stress {name} tries them all
+# gnss_white_factor = 1.5
+
 # Detectors to score and the rate of false alarms that all are calibrated to: gpsec list detectors.
 [detection]
 detectors = ["chi_square", "cusum", "isolation_forest", "lstm_glr"]
