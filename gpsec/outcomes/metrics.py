@@ -65,7 +65,7 @@ def quantiles(values: Floats, known: Flags, share: float) -> Figures:
     everywhere = somewhere & known.all(axis=0)
     if everywhere.any():
         value[everywhere] = np.quantile(values[:, everywhere], share, axis=0)
-    for index in zip(*np.nonzero(somewhere & ~everywhere), strict=True):
+    for index in map(tuple, np.argwhere(somewhere & ~everywhere)):  # also of a single figure, where it is ()
         cell = (slice(None), *index)
         value[index] = np.quantile(values[cell][known[cell]], share)
     return Figures(value, somewhere)

@@ -48,6 +48,13 @@ def test_quantiles_leave_out_what_is_undefined():
     assert not metrics.quantiles(np.zeros((0, 2)), np.zeros((0, 2), bool), 0.5).known.any()
 
 
+def test_quantiles_of_a_single_figure():
+    values = np.array([1.0, 2.0, 99.0, 3.0])
+    assert metrics.quantiles(values, np.array([True, True, False, True]), 0.5).value == 2.0
+    assert metrics.quantiles(values, np.ones(4, bool), 0.5).value == 2.5
+    assert not metrics.quantiles(values, np.zeros(4, bool), 0.5).known
+
+
 def test_percentile_interval_by_hand():
     replicates = Figures(np.arange(101.0)[:, None], np.ones((101, 1), bool))
     low, high = metrics.percentile_interval(replicates, 0.9)
