@@ -409,7 +409,7 @@ def test_list_shows_a_line_a_part(capsys: pytest.CaptureFixture[str]) -> None:
     assert any(line.startswith("drift ") and "rate_mps = 0.2" in line for line in lines)
     assert cli.main(["list", "profiles"]) == 0
     assert {line.split()[0] for line in capsys.readouterr().out.splitlines()} == {
-        *("dsd", "carla", "nuscenes", "consumer")
+        *("dsd", "carla", "dsd_sim", "carla_sim", "nuscenes", "consumer")
     }
     assert cli.main(["list", "detectors"]) == 0
     names = {line.split()[0] for line in capsys.readouterr().out.splitlines()}

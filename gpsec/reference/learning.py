@@ -132,7 +132,8 @@ class LaneUkf:
         noise, ukf = self.noise, self._filter
         moved, F, Q = learnt_motion(noise, ukf.x[_IN_UKF], speed_mps, yaw_rate_rps, step_s)
         bias, mount = noise.camera_bias_m**2, noise.camera_mount_m**2
-        correlation = (bias * exp(-step_s / noise.camera_bias_tau_s) + mount) / (bias + mount)
+        fading = bias * exp(-step_s / noise.camera_bias_tau_s) + mount
+        correlation = fading / (bias + mount) if bias + mount > 0.0 else 1.0
         whole_F, whole_Q = np.eye(6) * correlation, np.eye(6) * (bias + mount) * (1.0 - correlation**2)
         whole_F[:5, :5], whole_Q[:5, :5] = F, Q
         ukf.x = np.array([*moved, correlation * ukf.x[5]])

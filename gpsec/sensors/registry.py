@@ -3,6 +3,7 @@
 from gpsec.core.registry import Registry
 from gpsec.sensors import sources as s
 from gpsec.sensors.profiles import Camera, Gnss, Gyro, Heading, Odometer, SensorProfile
+from gpsec.sensors.simulators import simulated
 
 
 def cite(source: str, *figures: str) -> dict[str, str]:
@@ -248,6 +249,6 @@ def _take(made: object) -> tuple[str, SensorProfile] | None:
 PROFILES: Registry[SensorProfile] = Registry(
     "sensor profile",
     "gpsec.profiles",
-    {profile.name: profile for profile in (_DSD, _CARLA, _NUSCENES, _CONSUMER)},
+    {profile.name: profile for profile in (_DSD, _CARLA, *simulated(_DSD, _CARLA), _NUSCENES, _CONSUMER)},
     _take,
 )

@@ -32,6 +32,15 @@ CARLA = "CARLA sensor reference: sensor.camera.rgb is 90 degrees wide by default
 AUTOWARE = "Autoware generateFineCenterline: points every 5.0 m by default; the map's own arcs are sparser"
 HERE = "HERE lanes, polyline sampling: within 0.10 m of the curve, here held down to a radius of 20 m: √(8·20·0.1) m"
 PAPER_MAP = "set-up of the paper that gpsec follows (Chen et al.)"
+SIMULATED_SPEED = (
+    "CARLA and Driving Scenario Designer: the speed of the vehicle itself, with noise if asked for; no wheel"
+)
+SIMULATED_MOUNT = "CARLA and Driving Scenario Designer place a camera at the pose that they are given"
+SIMULATED_LANE = (
+    "MathWorks, visionDetectionGenerator: lane boundaries with added random noise; its size is that of a good camera, "
+    "assumed: 0.05 m"
+)
+SIMULATED_CLOCK = "Driving Scenario Designer: sensors report in the step that they see"
 
 SYNCHRONOUS = "assumed: stamped by hardware, less than a millisecond"
 CAN_CYCLE = "assumed: one cycle of a 50 Hz CAN message"

@@ -35,7 +35,7 @@ def _document(page: Path) -> None:
     lines = []
     for line in page.read_text("utf-8").splitlines():
         cells = line.strip("|").split("|")
-        if re.match(r"\| (figure \||`\w+` \|( [\d.e-]+ \|){4}$)", line) or (
+        if re.match(r"\| (figure \||`\w+` \|( [\d.e-]+ \|){6}$)", line) or (
             re.match(r"\|-+\|", line) and lines and lines[-1].startswith("| figure")
         ):
             line = f"{line}{cells[-1]}|"

@@ -18,7 +18,7 @@ def all_parts(of: SensorProfile):
 
 
 def test_registry_holds_the_profiles_under_their_own_names():
-    assert list(PROFILES)[:4] == ["dsd", "carla", "nuscenes", "consumer"]
+    assert list(PROFILES) == ["dsd", "carla", "dsd_sim", "carla_sim", "nuscenes", "consumer"]
     assert all(name == entry.name for name, entry in PROFILES.items())
 
 
@@ -73,7 +73,16 @@ def test_consumer_gnss_is_the_circular_error_of_its_data_sheet():
 
 def test_camera_totals_are_those_that_their_sources_name():
     totals = {n: (p.camera.white_m**2 + p.camera.bias_m**2) ** 0.5 for n, p in PROFILES.items()}
-    assert totals == pytest.approx({"dsd": 0.05, "carla": 0.08, "nuscenes": 0.10, "consumer": 0.15})
+    expected = {"dsd": 0.05, "carla": 0.08, "nuscenes": 0.10, "consumer": 0.15}
+    assert totals == pytest.approx(expected | {"dsd_sim": 0.05, "carla_sim": 0.08})
+
+
+@pytest.mark.parametrize("name", ["dsd", "carla"])
+def test_a_simulator_has_no_wheel_and_no_mounting(name):
+    real, made = PROFILES[name], PROFILES[f"{name}_sim"]
+    assert (made.odometer.scale_ratio, made.camera.mount_m) == (0.0, 0.0)
+    assert (real.odometer.scale_ratio, real.camera.mount_m) != (0.0, 0.0)
+    assert (made.gnss, made.gyro, made.heading) == (real.gnss, real.gyro, real.heading)
 
 
 def documented_figures():
