@@ -14,6 +14,7 @@ from gpsec.core.arrays import Floats
 from gpsec.core.geo import Projector
 from gpsec.hdmap.map import HDMap
 from gpsec.outcomes.tables import MAP, whole
+from gpsec.sensors.multipath import Places
 
 # Points of a lane that lie closer than this to the line through the others are left out.
 _TOLERANCE_M = 0.1
@@ -22,8 +23,8 @@ _DIGITS = 7
 _CORNERS_OF_A_CIRCLE = 48
 
 
-def write_map(folder: Path, hd_map: HDMap, plans: Sequence[Plan]) -> None:
-    """Write the lanes of the map and the zones of the plans as a GeoJSON collection (RFC 7946)."""
+def write_map(folder: Path, hd_map: HDMap, plans: Sequence[Plan], places: Sequence[Places] = ()) -> None:
+    """Write the lanes of the map, the zones of the plans and places of multipath as a GeoJSON collection (RFC 7946)."""
     lines = [hd_map.centre_line(lane) for lane in range(len(hd_map.lane_ids))]
     features = [
         _feature("LineString", line, {"kind": "lane", "id": lane_id, "internal": internal, "width_m": round(width, 3)})
@@ -36,10 +37,16 @@ def write_map(folder: Path, hd_map: HDMap, plans: Sequence[Plan]) -> None:
         )
     ]
     drawn = [plan for plan in plans if plan.zone is not None and not plan.zone.moves]
-    rings = _projected([_outline(plan.zone) for plan in drawn if plan.zone is not None], hd_map.projector)
+    areas = [area for place in places for area in place.areas()]
+    outlines = [_outline(plan.zone) for plan in drawn if plan.zone is not None]
+    rings = _projected([*outlines, *(_ring(area.shape_m) for area in areas)], hd_map.projector)
     features += [
         _feature("Polygon", [ring], {"kind": "zone", "id": plan.config.name, "attack": plan.config.attack})
-        for plan, ring in zip(drawn, rings, strict=True)
+        for plan, ring in zip(drawn, rings[: len(drawn)], strict=True)
+    ]
+    features += [
+        _feature("Polygon", [ring], {"kind": "multipath", "id": area.name, "error_m": round(area.size_m, 3)})
+        for area, ring in zip(areas, rings[len(drawn) :], strict=True)
     ]
     with whole(folder / MAP) as partial:
         text = json.dumps({"type": "FeatureCollection", "features": features}, separators=(",", ":"))
@@ -49,12 +56,16 @@ def write_map(folder: Path, hd_map: HDMap, plans: Sequence[Plan]) -> None:
 def _outline(zone: Zone) -> Floats:
     """Return the closed ring about a zone, counter-clockwise."""
     if zone.radius_m is None:
-        corners: Floats = shapely.get_coordinates(shapely.orient_polygons(shapely.Polygon(zone.shape_m)))
-        return corners
+        return _ring(zone.shape_m)
     angle = np.linspace(0.0, 2.0 * np.pi, _CORNERS_OF_A_CIRCLE + 1)
     ring: Floats = zone.shape_m[0] + zone.radius_m * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     ring[-1] = ring[0]
     return ring
+
+
+def _ring(shape_m: Floats) -> Floats:
+    corners: Floats = shapely.get_coordinates(shapely.orient_polygons(shapely.Polygon(shape_m)))
+    return corners
 
 
 def _projected(lines: Sequence[Floats], projector: Projector) -> list[list[list[float]]]:

@@ -142,6 +142,7 @@ class _Run:
         zones = drawn_zones(session)
         plans = self.plans = make_plans(scenario, session.options, zones)
         shared = make_shared_errors(scenario, ground.sensors, ground.hd_map, zones, session.options)
+        self.places = () if shared is None else shared.places
         defences = [(defence.detector, defence.response) for defence in scenario.defences]
         names = [NO_ATTACK, *(plan.name for plan in plans)]
         method = make_method(scenario, ground, detection)
@@ -209,7 +210,7 @@ class _Run:
             confidence=settings.confidence,
             projector=self.ground.hd_map.projector,
         )
-        write_map(self.folder, self.ground.hd_map, self.plans)
+        write_map(self.folder, self.ground.hd_map, self.plans, self.places)
         self.watch.lap("files")
         self.counts.sumo_s, self.counts.read_s = session.sumo_s, session.read_s
         self.counts.compile_s = self.watch.compile_s

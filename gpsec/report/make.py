@@ -20,6 +20,7 @@ from gpsec.report.terminal import facts
 from gpsec.report.traces import trace_figures
 from gpsec.report.verdict import verdicts
 from gpsec.running.results import Results
+from gpsec.scenario.sections import WorldSection
 from gpsec.types.constants import REPORT
 
 Steps = Mapping[str, pd.DataFrame | None]
@@ -118,6 +119,7 @@ def _described(stated: dict[str, Any]) -> dict[str, Any]:
         f" type does not say), {stated['vehicle_steps']:,} vehicle-steps, at most {stated['peak_vehicles']} at a time",
         "sensor profiles": ", ".join(stated["profiles"]),
         "map matching": given["fleet"]["matching"],
+        "what filters and detectors do not know": _unknown(given.get("world", {})),
         "scored and attacked": f"after {given['fleet']['settle_s']:g} s on the road",
         "false-alarm rate of the thresholds": given["detection"]["false_alarm_rate"],
         "GNSS is used again": f"{given['localization']['hold_s']:g} s after the last alarm, once fixes have agreed for"
@@ -134,6 +136,13 @@ def _described(stated: dict[str, Any]) -> dict[str, Any]:
         f" {security_s / max(stated['vehicle_steps'], 1) * 1e6:.1f} µs for each vehicle and step"
     )
     return {"name": stated["scenario"], "facts": facts | {"cost": cost}, "plans": plans, "notes": stated["notes"]}
+
+
+def _unknown(world: Mapping[str, Any]) -> str:
+    """Return the keys of `[world]` that are not as filters and detectors take them to be."""
+    known = {key: field.default for key, field in WorldSection.model_fields.items()}
+    differing = [f"{key} {_value(value)}" for key, value in world.items() if value != known.get(key)]
+    return ", ".join(differing) or "nothing: noise and map are as stated"
 
 
 def _value(value: Any) -> str:

@@ -37,6 +37,7 @@ def map_figure(run: Results) -> Figure:
         middle = _middle(features, places)
         lines = [feature for feature in features if feature["properties"]["kind"] == "lane"]
         zones = [feature for feature in features if feature["properties"]["kind"] == "zone"]
+        off = [feature for feature in features if feature["properties"]["kind"] == "multipath"]
         for group in groups:
             if lines:
                 x, y = _joined([feature["geometry"]["coordinates"] for feature in lines], middle)
@@ -45,6 +46,9 @@ def map_figure(run: Results) -> Figure:
                 x, y = _joined(zone["geometry"]["coordinates"], middle)
                 title = f"zone {zone['properties']['id']}"
                 series.append(Series(title, "area", x, y, colour=5, where={"group": group}))
+            if off:
+                x, y = _joined([ring for feature in off for ring in feature["geometry"]["coordinates"]], middle)
+                series.append(Series("multipath", "area", x, y, colour=3, where={"group": group}))
         x_all, y_all = _metres(places[["lon_deg", "lat_deg"]].to_numpy(), middle)
         vehicles, times = places["vehicle_id"].to_numpy(), places["time_s"].to_numpy()
         keys = ["profile", "attack", "what", "by"]

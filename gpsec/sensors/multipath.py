@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import cos, pi, radians, sin
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import shapely
@@ -34,11 +34,29 @@ _GRAIN_M = 2.0
 _COLUMNS = 1 << 24
 
 
+class Area(NamedTuple):
+    """An area of multipath.
+
+    Attributes:
+        name: id in the drawing, or number of a place that was drawn at random.
+        shape_m: (n, 2) corners.
+        size_m: of the error.
+    """
+
+    name: str
+    shape_m: Floats
+    size_m: float
+
+
 class Places(Protocol):
     """Where multipath is, and what it does there."""
 
     def error_m(self, position_m: Floats) -> Floats:
         """Return the (n, 2) errors, east and north, of fixes at (n, 2) true positions; 0 outside."""
+        ...
+
+    def areas(self) -> list[Area]:
+        """Return where it is, for maps."""
         ...
 
 
@@ -62,6 +80,11 @@ class DrawnMultipath:
         error: Floats = inside[:, None] * self.vector_m
         return error
 
+    def areas(self) -> list[Area]:
+        """Return the polygon."""
+        corners = shapely.get_coordinates(self.polygon)[:-1]
+        return [Area(self.zone_id, corners, float(np.hypot(*self.vector_m)))]
+
 
 @dataclass(frozen=True, eq=False)
 class ScatteredMultipath:
@@ -83,6 +106,15 @@ class ScatteredMultipath:
         square = np.clip(np.floor(position_m / self.side_m).astype(np.int64) - self.first, 0, last)
         error: Floats = self.vectors_m[square[:, 0], square[:, 1]]
         return error
+
+    def areas(self) -> list[Area]:
+        """Return the squares."""
+        size_m = np.hypot(self.vectors_m[..., 0], self.vectors_m[..., 1])
+        corners = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+        return [
+            Area(f"multipath {number}", (self.first + square + corners) * self.side_m, float(size_m[tuple(square)]))
+            for number, square in enumerate(np.argwhere(size_m > 0.0), start=1)
+        ]
 
 
 def drawn_multipath(zones: Iterable[DrawnZone], file: str, seed: int) -> list[DrawnMultipath]:

@@ -9,6 +9,8 @@ from gpsec.attacks.zones import Zone
 from gpsec.hdmap.map import load_map
 from gpsec.outcomes.tables import MAP
 from gpsec.pipeline.mapfile import write_map
+from gpsec.sensors.multipath import drawn_multipath, scattered_multipath
+from gpsec.types.drawn_zones import MULTIPATH_ZONE, DrawnZone
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,10 @@ def features(hd_map, tmp_path_factory):
         DrawnPlan(Config("mast"), Zone("mast", np.array([[100.0, 50.0]]), 30.0)),
     ]
     folder = tmp_path_factory.mktemp("map")
-    write_map(folder, hd_map, plans)
+    corners = np.array([[200.0, 0.0], [200.0, 9.0], [209.0, 9.0], [209.0, 0.0]])
+    canyon = DrawnZone("canyon", "polygon", corners, {"gpsec.error_m": "0.5"}, MULTIPATH_ZONE)
+    scattered = scattered_multipath(hd_map.lanes, 0.05, 0.3, 50.0, 1)
+    write_map(folder, hd_map, plans, [*drawn_multipath([canyon], "f", 1), scattered])
     return json.loads((folder / MAP).read_text("utf-8"))["features"]
 
 
@@ -61,3 +66,18 @@ def test_zones_are_closed_rings_counter_clockwise(hd_map, features):
         polygon = shapely.Polygon(net_frame(hd_map, ring))
         assert polygon.exterior.is_ccw
         assert polygon.area == pytest.approx(area_m2, rel=0.01)
+
+
+def test_places_of_multipath_are_rings_with_the_size_of_their_error(hd_map, features):
+    canyon, *squares = (feature for feature in features if feature["properties"]["kind"] == "multipath")
+    assert canyon["properties"] == {"kind": "multipath", "id": "canyon", "error_m": 0.5}
+    assert shapely.Polygon(net_frame(hd_map, canyon["geometry"]["coordinates"][0])).area == pytest.approx(
+        81.0, rel=0.01
+    )
+    place = scattered_multipath(hd_map.lanes, 0.05, 0.3, 50.0, 1)
+    assert len({square["properties"]["id"] for square in squares}) == len(squares) > 3
+    for square in squares:
+        ring = shapely.Polygon(net_frame(hd_map, square["geometry"]["coordinates"][0]))
+        assert ring.area == pytest.approx(2500.0, rel=0.01)
+        middle = np.array([[ring.centroid.x, ring.centroid.y]])
+        assert np.hypot(*place.error_m(middle)[0]) == pytest.approx(square["properties"]["error_m"])

@@ -179,3 +179,12 @@ def test_a_damaged_plotly_in_the_cache_is_packed_again(tmp_path, monkeypatch):
         kept.write_bytes(damaged)
         assert _plotly() == first
         assert kept.read_bytes() == whole
+
+
+def test_the_page_says_what_filters_and_detectors_do_not_know(tmp_path, text):
+    folder = write_run(tmp_path / "run", log=False)
+    manifest = json.loads((folder / "manifest.json").read_text())
+    manifest["scenarios"][0]["configuration"]["world"] = {"gnss_white_factor": 1.5, "camera_factor": 1.0}
+    (folder / "manifest.json").write_text(json.dumps(manifest))
+    assert "nothing: noise and map are as stated" in text
+    assert "gnss_white_factor 1.5<" in write_report(load(folder)).read_text("utf-8").replace("\n", "")
