@@ -24,6 +24,21 @@ class LaneSides(NamedTuple):
     oncoming_right_m: Floats
 
 
+class LaneGraph(NamedTuple):
+    """How L lanes hang together.
+
+    Attributes:
+        after_first, after_count: (L,) CSR of what each lane leads to; after_lane: those lanes.
+        left, right: (L,) next lane of the same edge on that side, -1 where there is none.
+    """
+
+    after_first: Ints
+    after_count: Ints
+    after_lane: Ints
+    left: Ints
+    right: Ints
+
+
 class MapArrays(NamedTuple):
     """Lane centre lines in one or more layers; layer 0 is the true geometry, others are resampled for a profile.
 
@@ -63,7 +78,7 @@ class Pose(NamedTuple):
 
     Attributes:
         layer: of the map.
-        lane: that the camera follows.
+        lane: that the vehicle is believed to be on.
         x_m, y_m: position in the net's frame.
         heading_rad: counter-clockwise from east.
 
@@ -137,4 +152,19 @@ class MapView(NamedTuple):
     lanes: MapArrays
     lookup: MatchIndex
     mode: int
+    layer: Ints
+
+
+class Roads(NamedTuple):
+    """The map with how its lanes hang together.
+
+    Attributes:
+        lanes, lookup, graph, sides: the map.
+        layer: (P,) the layer of each profile.
+    """
+
+    lanes: MapArrays
+    lookup: MatchIndex
+    graph: LaneGraph
+    sides: LaneSides
     layer: Ints

@@ -10,10 +10,11 @@ from typing import Any, cast
 import numpy as np
 
 from gpsec.core import caches
-from gpsec.core.arrays import Flags, Floats
+from gpsec.core.arrays import Flags, Floats, Ints
 from gpsec.core.geo import Projector
-from gpsec.hdmap.arrays import LaneSides, MapArrays, MatchIndex
+from gpsec.hdmap.arrays import LaneGraph, LaneSides, MapArrays, MatchIndex, Roads
 from gpsec.hdmap.error import EXACT, MapError
+from gpsec.hdmap.graph import lane_graph
 from gpsec.hdmap.index import build_index
 from gpsec.hdmap.net import Lane, read_net
 from gpsec.hdmap.polyline import Polyline, measure, resample
@@ -34,6 +35,7 @@ class HDMap:
         lanes: centre lines; layer 0 is true, layer 1 + k has the spacing `spacings_m[k]` and the map's error.
         index: for matching.
         sides: what lies beside each lane.
+        graph: what each lane leads to.
         projector: between the net's frame and WGS84.
         spacings_m: of the resampled layers.
         stretched: lanes whose shape is longer or shorter than the length that SUMO counts along by more than a tenth.
@@ -45,6 +47,7 @@ class HDMap:
     lanes: MapArrays
     index: MatchIndex
     sides: LaneSides
+    graph: LaneGraph
     projector: Projector
     spacings_m: tuple[float, ...]
     stretched: tuple[str, ...]
@@ -54,6 +57,10 @@ class HDMap:
         """Index of a lane by SUMO's id; a lane that is only a point counts as the one behind it."""
         index = {lane_id: number for number, lane_id in enumerate(self.lane_ids)}
         return index | {point: index[lane_id] for point, lane_id in self.points.items()}
+
+    def roads(self, layer: Ints) -> Roads:
+        """Return the map for vehicles whose P profiles have the layers `layer`."""
+        return Roads(self.lanes, self.index, self.graph, self.sides, layer)
 
     def layer(self, spacing_m: float) -> int:
         """Return the layer that is resampled at `spacing_m`."""
@@ -116,6 +123,7 @@ def compile_map(net_file: Path, spacings_m: tuple[float, ...], error: MapError =
         arrays,
         build_index(net.lanes, arrays),
         lane_sides(net.lanes),
+        lane_graph(net.lanes),
         net.projector,
         spacings_m,
         tuple(lane.lane_id for lane, line in zip(net.lanes, true, strict=True) if _is_stretched(lane, line)),
@@ -164,7 +172,7 @@ def _key(net_file: Path, spacings_m: tuple[float, ...], error: MapError) -> str:
 
 def _save(hd_map: HDMap, folder: Path) -> None:
     with caches.new_folder(folder) as part:
-        for group in (hd_map.lanes, hd_map.index, hd_map.sides):
+        for group in (hd_map.lanes, hd_map.index, hd_map.sides, hd_map.graph):
             for field, array in group._asdict().items():
                 np.save(part / f"{type(group).__name__}.{field}.npy", array)
         meaning = {
@@ -190,6 +198,7 @@ def _load(folder: Path, net_file: Path) -> HDMap | None:
             MapArrays(*_read(folder, "MapArrays", MapArrays._fields)),
             MatchIndex(*_read(folder, "MatchIndex", MatchIndex._fields)),
             LaneSides(*_read(folder, "LaneSides", LaneSides._fields)),
+            LaneGraph(*_read(folder, "LaneGraph", LaneGraph._fields)),
             Projector(meaning["projection"], tuple(meaning["offset_m"]), str(net_file)),
             tuple(meaning["spacings_m"]),
             tuple(meaning["stretched"]),

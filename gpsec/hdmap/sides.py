@@ -25,7 +25,7 @@ def lane_sides(lanes: list[Lane]) -> LaneSides:
     edges: dict[int, list[int]] = defaultdict(list)
     for index, lane in enumerate(lanes):
         edges[lane.edge].append(index)
-    place = np.array([_place(lane.shape_m, 0.5) for lane in lanes])
+    place = np.array([place_at(lane.shape_m, 0.5) for lane in lanes])
     edge_width = np.zeros(count)
     for members in edges.values():
         for i in members:
@@ -42,7 +42,7 @@ def lane_sides(lanes: list[Lane]) -> LaneSides:
         votes = np.zeros(count, np.int32)
         found = np.zeros(count)
         for share in _PLACES:
-            here = np.array([_place(lane.shape_m, share) for lane in lanes])
+            here = np.array([place_at(lane.shape_m, share) for lane in lanes])
             reach = sign * (0.5 * width + same[side] + _LOOK_BEYOND_M)
             look = here[:, :2] + reach[:, None] * np.stack([-np.sin(here[:, 2]), np.cos(here[:, 2])], axis=1)
             seen: set[int] = set()
@@ -51,7 +51,7 @@ def lane_sides(lanes: list[Lane]) -> LaneSides:
                     continue
                 other = lanes[j].shape_m
                 along = shapely.LineString(other).project(shapely.Point(look[i]), normalized=True)
-                if np.cos(_place(other, along)[2] - here[i, 2]) < _OPPOSITE_COS:
+                if np.cos(place_at(other, along)[2] - here[i, 2]) < _OPPOSITE_COS:
                     seen.add(i)
                     votes[i] += 1
                     found[i] = edge_width[j]
@@ -64,7 +64,7 @@ def _neighbours(tree: shapely.STRtree, look: Floats) -> list[tuple[int, int]]:
     return sorted((i, j) for i, j in pairs.T.tolist())
 
 
-def _place(shape_m: Floats, share: float) -> tuple[float, float, float]:
+def place_at(shape_m: Floats, share: float) -> tuple[float, float, float]:
     """Return x, y and direction at a share of the length."""
     step = np.diff(shape_m, axis=0)
     length = np.hypot(step[:, 0], step[:, 1])

@@ -38,13 +38,13 @@ def assert_equal(one: HDMap, other: HDMap) -> None:
     assert one.spacings_m == other.spacings_m
     assert one.projector == other.projector
     assert one.stretched == other.stretched
-    for group in ("lanes", "index", "sides"):
+    for group in ("lanes", "index", "sides", "graph"):
         for name, array in getattr(one, group)._asdict().items():
             twin = getattr(getattr(other, group), name)
             assert (array.dtype, array.shape, array.tobytes()) == (twin.dtype, twin.shape, twin.tobytes()), name
             assert type(array) is type(twin) is np.ndarray
             assert array.flags.c_contiguous
-    assert len(fields(HDMap)) == 8
+    assert len(fields(HDMap)) == 9
 
 
 def test_true_layer_is_the_net_itself(bend):
