@@ -101,7 +101,14 @@ BAD_TOML = {
     "step too long": ("[traffic]\nstep_s = 0.5", ["traffic.step_s: expected at most 0.2, found 0.5"]),
     "negative sublanes": ("[traffic]\nlateral_resolution_m = -1", ["traffic.lateral_resolution_m", "found -1"]),
     "text sublanes": ("[traffic]\nlateral_resolution_m = 'on'", ["traffic.lateral_resolution_m", "'on'"]),
-    "unknown matching": ("[fleet]\nmatching = 'nearst'", ["fleet.matching", "'nearst'", "did you mean 'nearest'?"]),
+    "unknown association": (
+        "[fleet]\nassociation = 'nearst'",
+        ["fleet.association", "'nearst'", "did you mean 'nearest'?"],
+    ),
+    "former name of association": (
+        "[fleet]\nmatching = 'nearest'",
+        ["fleet", "'matching' is now called 'association'"],
+    ),
     "unknown engine": ("engine = 'batch'", ["engine", "'batch'", "did you mean 'batched'?"]),
     "unknown attack": ("[[plans]]\nattack = 'drft'", ["plans.0", "unknown attack 'drft'", "did you mean 'drift'?"]),
     "no attack": ("[[plans]]\nshare = 0.5", ["plans.0", "attack"]),

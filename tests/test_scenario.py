@@ -67,12 +67,12 @@ def test_a_name_that_no_folder_may_have_is_cleaned(tmp_path: Path) -> None:
 
 
 def test_command_line_wins_over_file_wins_over_defaults(folder: Path) -> None:
-    toml = "seed = 5\nduration_s = 60.0\n[fleet]\nsettle_s = 3\nmatching = 'nearest'"
+    toml = "seed = 5\nduration_s = 60.0\n[fleet]\nsettle_s = 3\nassociation = 'nearest'"
     flag = Override(("seed",), 7, "--seed 7")
     (folder / "gpsec.toml").write_text(toml)
     scenario = load_scenario(folder, [parse_set("fleet.settle_s=4"), flag])
     assert (scenario.seed, scenario.fleet.settle_s) == (7, 4.0)  # flag over file
-    assert (scenario.duration_s, scenario.fleet.matching) == (60.0, "nearest")  # file over default
+    assert (scenario.duration_s, scenario.fleet.association) == (60.0, "nearest")  # file over default
     assert (scenario.threads, scenario.fleet.equipped_share) == (1, 1.0)  # default
 
 
@@ -116,7 +116,7 @@ def test_set_takes_toml_values_and_bare_words(folder: Path) -> None:
         folder,
         "",
         "fleet.profile={dsd = 0.25, carla = 0.75}",
-        "fleet.matching=nearest",
+        "fleet.association=nearest",
         "traffic.lateral_resolution_m=0.4",
         "detection.detectors=['cusum', 'lstm_glr']",
         "detection.false_alarm_rate=1e-4/sample",
@@ -124,7 +124,7 @@ def test_set_takes_toml_values_and_bare_words(folder: Path) -> None:
         "duration_s=12.5",
     )
     assert scenario.fleet.profile == {"dsd": 0.25, "carla": 0.75}
-    assert (scenario.fleet.matching, scenario.traffic.lateral_resolution_m) == ("nearest", 0.4)
+    assert (scenario.fleet.association, scenario.traffic.lateral_resolution_m) == ("nearest", 0.4)
     assert scenario.detection.detectors == ("cusum", "lstm_glr")
     assert scenario.detection.false_alarm_rate == "1e-4/sample"
     assert (scenario.log_steps, scenario.duration_s) == (True, 12.5)

@@ -25,7 +25,7 @@ ABOVE = frozenset(
         "demand",
     ]
 )
-STAGES = frozenset(["traffic", "sensors", "attacks", "detection", "localization", "outcomes"])
+STAGES = frozenset(["traffic", "sensors", "attacks", "association", "detection", "localization", "outcomes"])
 # As the import contracts in pyproject.toml have it, from the top: a layer imports those of the ranks below its own, and
 # itself. What is not here is a basic, which all may import.
 RANKS = (ABOVE, STAGES, frozenset(["hdmap"]), frozenset(["filters"]), frozenset(["types"]))

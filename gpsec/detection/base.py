@@ -24,6 +24,7 @@ class Observation(NamedTuple):
         speed_mps: (m,) odometer.
         curvature_per_m: (m,) of the lane as the camera sees it (2·C2), left positive.
         camera_sigma_m: (m,) standard deviation that the camera states.
+        unmatched: (m,) the camera sees a lane, and no lane of the map that the vehicle may be on agrees (`Tracks`).
         step_s: length of a step.
     """
 
@@ -36,6 +37,7 @@ class Observation(NamedTuple):
     speed_mps: Floats
     curvature_per_m: Floats
     camera_sigma_m: Floats
+    unmatched: Flags
     step_s: float
 
 

@@ -20,7 +20,7 @@ class ResidualLog:
     A step of a vehicle that is missing counts as one without a valid residual.
 
     Attributes:
-        network: name of the road network; profile, matching: as in the models.
+        network: name of the road network; profile, association: as in the models.
         step_s: length of a step.
         scale_m: standard deviation of the residual that the profile promises.
         vehicle, step: (n,) number of the vehicle within this log, and of the step.
@@ -29,7 +29,7 @@ class ResidualLog:
 
     network: str
     profile: str
-    matching: str
+    association: str
     step_s: float
     scale_m: float
     vehicle: Ints
@@ -64,7 +64,7 @@ def split(logs: Sequence[ResidualLog], share: float, seed: int) -> tuple[list[Re
 
 @dataclass(frozen=True)
 class Grid:
-    """The logs of one profile and matching side by side, each vehicle from its first step; T steps, V vehicles.
+    """The logs of one profile and association side by side, each vehicle from its first step; T steps, V vehicles.
 
     Vehicles are sorted by the length of their sequence, the longest first.
 
@@ -86,14 +86,14 @@ class Grid:
 
     @classmethod
     def of(cls, logs: Sequence[ResidualLog]) -> Self:
-        """Lay out logs, which must have one profile, matching and step length.
+        """Lay out logs, which must have one profile, association and step length.
 
         Raises:
             GpsecError: they differ, are empty or not sorted.
         """
-        kinds = {(log.profile, log.matching, log.step_s) for log in logs}
+        kinds = {(log.profile, log.association, log.step_s) for log in logs}
         if len(kinds) != 1:
-            raise GpsecError(f"residual logs: expected one profile, matching and step length, found {sorted(kinds)}")
+            raise GpsecError(f"residual logs: expected one profile, association and step length, found {sorted(kinds)}")
         starts, lengths, scales = [], [], []
         for log in logs:
             order = np.lexsort((log.step, log.vehicle))
@@ -171,6 +171,7 @@ class Grid:
             curvature_per_m=self.curvature_per_m[step, :m],
             camera_sigma_m=self.camera_sigma_m[step, :m],
             step_s=self.step_s,
+            unmatched=np.zeros(m, np.bool_),
         )
 
 

@@ -21,8 +21,8 @@ from gpsec.detection.base import Detector, LabelledDetector
 from gpsec.detection.calibration import Calibrated
 from gpsec.detection.learned import Learned
 from gpsec.detection.registry import DETECTORS
+from gpsec.types.constants import MODELLED
 
-MATCHINGS = ("tracked", "nearest")
 FORMAT = 2
 _THRESHOLDS, _PROVENANCE = "thresholds.json", "provenance.json"
 _RETRAIN = "run 'gpsec train' to make it, and name its folder as detection.models"
@@ -33,7 +33,7 @@ Thresholds = Mapping[str, Mapping[str, Calibrated | None]]
 
 @dataclass(frozen=True)
 class ProfileModel:
-    """What belongs to one sensor profile and matching.
+    """What belongs to one sensor profile and association.
 
     Attributes:
         learned: arrays by detector.
@@ -46,7 +46,7 @@ class ProfileModel:
     provenance: Mapping[str, Any] = field(default_factory=dict)
 
 
-# profile, matching
+# profile, association
 Models = Mapping[tuple[str, str], ProfileModel]
 
 
@@ -60,20 +60,20 @@ def save(models: Models, folder: Path) -> None:
     digests: dict[str, str] = {}
     thresholds: dict[str, Any] = {}
     provenance: dict[str, Any] = {}
-    for (profile, matching), model in sorted(models.items()):
+    for (profile, association), model in sorted(models.items()):
         arrays = {f"{detector}.{key}": a for detector, one in model.learned.items() for key, a in one.items()}
         stream = BytesIO()
         np.savez_compressed(stream, **dict(sorted(arrays.items())))  # type: ignore[arg-type]
-        _write(folder / _file(profile, matching), stream.getvalue())
-        digests[_file(profile, matching)] = hashlib.sha256(stream.getvalue()).hexdigest()
-        thresholds.setdefault(profile, {})[matching] = {
+        _write(folder / _file(profile, association), stream.getvalue())
+        digests[_file(profile, association)] = hashlib.sha256(stream.getvalue()).hexdigest()
+        thresholds.setdefault(profile, {})[association] = {
             rate: {
                 name: None if found is None else {"threshold": found.threshold, "achieved": found.achieved}
                 for name, found in sorted(by_detector.items())
             }
             for rate, by_detector in model.thresholds.items()
         }
-        provenance.setdefault(profile, {})[matching] = dict(model.provenance)
+        provenance.setdefault(profile, {})[association] = dict(model.provenance)
     _write(folder / _THRESHOLDS, _as_json({"arrays": digests, "models": thresholds}))
     _write(folder / _PROVENANCE, _as_json({"models": provenance}))
 
@@ -89,17 +89,17 @@ def load_models(folder: Path | None = None) -> Models:
     provenance = _part(_read_json(root / _PROVENANCE), "models", root / _PROVENANCE)
     digests = _part(thresholds, "arrays", root / _THRESHOLDS)
     models = {}
-    for profile, by_matching in _part(thresholds, "models", root / _THRESHOLDS).items():
+    for profile, by_association in _part(thresholds, "models", root / _THRESHOLDS).items():
         made_of = provenance.get(profile, {})
-        if not isinstance(by_matching, dict) or not isinstance(made_of, dict):
-            raise GpsecError(f"{root / _THRESHOLDS}: {profile}: expected matching -> rate; {_RETRAIN} again")
-        for matching, by_rate in by_matching.items():
-            source = f"{root / _THRESHOLDS}: {profile}.{matching}"
-            file = _file(profile, matching)
-            models[profile, matching] = ProfileModel(
+        if not isinstance(by_association, dict) or not isinstance(made_of, dict):
+            raise GpsecError(f"{root / _THRESHOLDS}: {profile}: expected association -> rate; {_RETRAIN} again")
+        for association, by_rate in by_association.items():
+            source = f"{root / _THRESHOLDS}: {profile}.{association}"
+            file = _file(profile, association)
+            models[profile, association] = ProfileModel(
                 _LazyArrays(root / file, str(digests.get(file))),
                 _check_thresholds(by_rate, source),
-                _part(made_of, matching, root / _PROVENANCE) if matching in made_of else {},
+                _part(made_of, association, root / _PROVENANCE) if association in made_of else {},
             )
     return models
 
@@ -111,7 +111,7 @@ def bundled() -> Models:
 
 
 def build_detectors(
-    names: Sequence[str], profiles: Sequence[str], matching: str, models: Models | None = None
+    names: Sequence[str], profiles: Sequence[str], association: str, models: Models | None = None
 ) -> list[Detector | LabelledDetector]:
     """Return one detector for each name; it serves rows of all `profiles`, told apart by `Observation.profile`.
 
@@ -125,16 +125,18 @@ def build_detectors(
         source = name if entry.learn is not None else entry.learns_from
         if source is not None:
             for profile in profiles:
-                arrays = _of(models, profile, matching).learned
+                arrays = _of(models, profile, association).learned
                 if source not in arrays:
-                    raise GpsecError(f"model of profile '{profile}', matching '{matching}': no {source}; {_RETRAIN}")
+                    raise GpsecError(
+                        f"model of profile '{profile}', association '{association}': no {source}; {_RETRAIN}"
+                    )
                 learned.append(arrays[source])
         detectors.append(entry.build(learned))
     return detectors
 
 
 def thresholds_for(
-    names: Sequence[str], profiles: Sequence[str], matching: str, rate: str, models: Models | None = None
+    names: Sequence[str], profiles: Sequence[str], association: str, rate: str, models: Models | None = None
 ) -> Floats:
     """Return (P, K) thresholds of the detectors `names` for each profile at a false-alarm rate such as "1e-3/sample".
 
@@ -145,7 +147,7 @@ def thresholds_for(
     for p, profile in enumerate(profiles):
         for k, name in enumerate(names):
             fixed = DETECTORS[name].threshold
-            table[p, k] = _threshold(_of(models, profile, matching), profile, rate, name) if fixed is None else fixed
+            table[p, k] = _threshold(_of(models, profile, association), profile, rate, name) if fixed is None else fixed
     return table
 
 
@@ -165,14 +167,16 @@ def _threshold(model: ProfileModel, profile: str, rate: str, name: str) -> float
     return found.threshold
 
 
-def _of(models: Models | None, profile: str, matching: str) -> ProfileModel:
+def _of(models: Models | None, profile: str, association: str) -> ProfileModel:
     available = bundled() if models is None else models
-    if (profile, matching) not in available:
+    key = profile, association if association in MODELLED else MODELLED[0]
+    if key not in available:
         raise GpsecError(
-            f"no model for sensor profile '{shown(profile)}' with {matching} matching; run 'gpsec train --profile "
-            f"{shown(profile)}' (and --part, if the profile comes by it), and name its folder as detection.models"
+            f"no model for sensor profile '{shown(profile)}' with {association} association; run 'gpsec train"
+            f" --profile {shown(profile)}' (and --part, if the profile comes by it), and name its folder as"
+            " detection.models"
         )
-    return available[profile, matching]
+    return available[key]
 
 
 class _LazyArrays(Mapping[str, Learned]):
@@ -211,8 +215,8 @@ class _LazyArrays(Mapping[str, Learned]):
         return len(self._read())
 
 
-def _file(profile: str, matching: str) -> str:
-    return f"{profile}-{matching}.npz"
+def _file(profile: str, association: str) -> str:
+    return f"{profile}-{association}.npz"
 
 
 def _write(path: Path, content: bytes) -> None:

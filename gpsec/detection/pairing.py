@@ -65,7 +65,7 @@ class Pending(NamedTuple):
         camera, fix: (M,) a sample waits.
         camera_age, fix_age: (M,) steps since it came.
         since_camera_m, since_fix_m: (M, 2) way since then, by odometer, gyro and heading, in the net's frame.
-        lane: (M,) index of the lane that the camera followed.
+        lane: (M,) index of the lane that the vehicle believed to be on.
         offset_m: (M,) d_camera = -C0, left positive.
         heading_rad: (M,) at the time of the camera sample.
         curvature_per_m, sigma_m: (M,) of the lane as the camera saw it (2·C2), and the standard deviation it stated.

@@ -1,19 +1,17 @@
 """Map matching (Eqs 2-6): which lane segment a position belongs to, and the signed offset from it.
 
-Two ways of matching. *Tracked*: the nearest point on the chain of the lane that the camera follows (that lane, what
-leads to it and on from it), as far as it leads the vehicle's way. *Nearest*, the paper's: the nearest point on any lane
-whose direction differs by less than 60° (or by more than 120°) from the vehicle's heading.
+Two ways of matching. *Tracked*: the nearest point on the chain of the lane that the vehicle believes to be on (that
+lane, what leads to it and on from it), as far as it leads the vehicle's way. *Nearest*, the paper's: the nearest point
+on any lane whose direction differs by less than 60° from the vehicle's heading.
 """
 
-from math import cos, pi, sin, sqrt
+from math import cos, sqrt
 from typing import NamedTuple
 
 from gpsec.core.arrays import Floats, Ints
-from gpsec.core.geo import wrap_angle
 from gpsec.core.kernels import inline, kernel
-from gpsec.hdmap.arrays import LaneSides, MapArrays, MatchIndex, Pose
-from gpsec.hdmap.search import MIN_COS, TRACKED, Ray, faces, is_on, match, match_tracked, project
-from gpsec.types.vehicles import Vehicles
+from gpsec.hdmap.arrays import MapArrays, MatchIndex, Pose
+from gpsec.hdmap.search import MIN_COS, TRACKED, match, project
 
 
 @inline
@@ -53,38 +51,6 @@ def view_on(
         return 0.0, turn
     bulge = 0.5 * lanes.turn_rad[segment] * lanes.length_m[segment] * held * (1.0 - held)
     return offset + bulge / cosine, turn
-
-
-@kernel
-def locate(rows: Ints, lanes: MapArrays, index: MatchIndex, sides: LaneSides, vehicles: Vehicles) -> None:
-    """Place the rear axles of the vehicle rows `rows` on the true lanes: sets `segment` and what follows it.
-
-    On a lane that leads against the vehicle, direction, offset and curvature are still those of the vehicle's way.
-    """
-    for row in rows:
-        lane = vehicles.lane[row]
-        x, y = vehicles.rear_m[row, 0], vehicles.rear_m[row, 1]
-        ux, uy = cos(vehicles.yaw_rad[row]), sin(vehicles.yaw_rad[row])
-        here = match_tracked(lanes, index, 0, lane, True, Ray(x, y, 0.0, 0.0), vehicles.segment[row])
-        own = here
-        if not is_on(lanes, 0, lane, here):
-            own = match_tracked(lanes, index, 0, lane, False, Ray(x, y, 0.0, 0.0), -1)
-        against = not faces(lanes, own, ux, uy)
-        way = -1.0 if against else 1.0
-        if faces(lanes, here, ux, uy) == against:
-            here = match_tracked(lanes, index, 0, lane, True, Ray(x, y, way * ux, way * uy), -1)
-        share, d2 = project(lanes, here, x, y, True)
-        held = min(max(share, 0.0), 1.0)
-        cross = lanes.dx[here] * (y - lanes.y0_m[here]) - lanes.dy[here] * (x - lanes.x0_m[here])
-        yaw = lanes.yaw0_rad[here] + held * lanes.turn_rad[here]
-        curvature = (1.0 - held) * lanes.curvature0_per_m[here] + held * lanes.curvature1_per_m[here]
-        vehicles.segment[row] = here
-        vehicles.against[row] = against
-        vehicles.lane_offset_m[row] = way * (sqrt(d2) if cross >= 0.0 else -sqrt(d2))
-        vehicles.lane_yaw_rad[row] = wrap_angle(yaw + pi) if against else yaw
-        vehicles.curvature_per_m[row] = way * curvature
-        vehicles.lane_width_m[row] = sides.width_m[lane]
-        vehicles.marked[row] = not against and not sides.internal[lane] and not sides.internal[lanes.lane[here]]
 
 
 class MatchedOffsets(NamedTuple):

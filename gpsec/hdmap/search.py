@@ -12,8 +12,8 @@ from gpsec.core.kernels import inline
 from gpsec.hdmap.arrays import MapArrays, MatchIndex, Pose
 
 TRACKED, NEAREST = 0, 1
-MODES = {"tracked": TRACKED, "nearest": NEAREST}
-# Beyond 60° between heading and lane, Eq 6 would stretch the offset more than twofold: there is no match.
+# Beyond 60° between heading and lane, Eq 6 would stretch the offset more than twofold: there is no match. A lane that
+# leads the other way is none either.
 MIN_COS = 0.5
 # Nearest matching looks no further than this from the fix.
 _MAX_RINGS = 4
@@ -64,7 +64,7 @@ def _best_in_chunk(
         if d2 < best_d2 or (d2 == best_d2 and segment < best):
             held = min(max(share, 0.0), 1.0)
             yaw = lanes.yaw0_rad[segment] + held * lanes.turn_rad[segment]
-            if abs(cos(pose.heading_rad - yaw)) < MIN_COS:
+            if cos(pose.heading_rad - yaw) < MIN_COS:
                 continue
             best = segment
             best_d2 = d2

@@ -6,7 +6,7 @@ import numpy as np
 
 from gpsec.core.arrays import Ints
 from gpsec.core.tables import Slots, Table
-from gpsec.localization.history import History
+from gpsec.localization.history import Beliefs, History, Recorded
 from gpsec.localization.state import Branches, Cells
 
 
@@ -107,21 +107,31 @@ class LocalizationState:
     Attributes:
         families: the branches of each family.
         history: odometry and camera of the vehicles.
+        beliefs: the lanes that tracks believed to be on.
     """
 
-    def __init__(self, defences: int, families: Sequence[BranchRows], history: Table[History]) -> None:
+    def __init__(
+        self, defences: int, families: Sequence[BranchRows], history: Table[History], beliefs: Table[Beliefs]
+    ) -> None:
         self._cells = Table(Cells, defences=defences)
         self.families = list(families)
         self.history = history
+        self.beliefs = beliefs
 
     @property
     def cells(self) -> Cells:
         """The defences of every track."""
         return self._cells.now
 
+    @property
+    def recorded(self) -> Recorded:
+        """What responses that go back start from."""
+        return Recorded(self.history.now, self.beliefs.now.lane)
+
     def grow(self, capacity: int) -> None:
         """Make room for `capacity` track rows."""
         self._cells.grow(capacity)
+        self.beliefs.grow(capacity)
 
     def reset(self, rows: Ints) -> None:
         """Begin anew in the track rows `rows`."""
@@ -135,6 +145,7 @@ class LocalizationState:
         """Let the tracks `target` go on from where the tracks `source` are."""
         for family in self.families:
             family.fork(self.cells, source, target)
+        self.beliefs.copy(source, target)
         branch = self.cells.branch[target]
         self._cells.copy(source, target)
         self.cells.branch[target] = branch

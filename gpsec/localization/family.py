@@ -12,7 +12,7 @@ from gpsec.core.arrays import Floats, Ints
 from gpsec.core.geo import wrap_angle
 from gpsec.core.kernels import inline, kernel
 from gpsec.filters.noise import FilterNoise
-from gpsec.localization.history import History, Recall, entry, keep_snapshot, restore
+from gpsec.localization.history import Recall, Recorded, entry, keep_snapshot, restore
 from gpsec.localization.state import Branches, Cells
 from gpsec.localization.world import LaneSight, Room, World
 from gpsec.types.tracks import Tracks
@@ -146,10 +146,11 @@ def correcting(correction: Correction) -> BranchLoop:
         room: Room,
     ) -> None:
         for row in rows:
-            v = tracks.vehicle[branches.track[row]]
-            if not seen.camera_valid[v]:
+            track = branches.track[row]
+            v = tracks.vehicle[track]
+            if not (seen.camera_valid[v] and tracks.lane_known[track]):
                 continue
-            sight = LaneSight(vehicles.lane[v], -seen.lane_poly[v, 0], seen.lane_poly[v, 1], seen.camera_sigma_m[v])
+            sight = LaneSight(tracks.lane[track], -seen.lane_poly[v, 0], seen.lane_poly[v, 1], seen.camera_sigma_m[v])
             branches.segment[row], repaired = correction(
                 branches.mean[row],
                 branches.covariance[row],
@@ -186,14 +187,15 @@ def rewinding(filter_: Filter, correction: Correction) -> BranchLoop:
         branches: Branches,
         tracks: Tracks,
         vehicles: Vehicles,
-        history: History,
+        recorded: Recorded,
         world: World,
         recall: Recall,
         room: Room,
     ) -> None:
-        noise, step_s = world.noise, world.step_s
+        noise, step_s, history = world.noise, world.step_s, recorded.history
         for row in rows:
-            v = tracks.vehicle[branches.track[row]]
+            track = branches.track[row]
+            v = tracks.vehicle[track]
             q = vehicles.profile[v]
             mean = branches.mean[row]
             covariance = branches.covariance[row]
@@ -211,10 +213,10 @@ def rewinding(filter_: Filter, correction: Correction) -> BranchLoop:
                     begin(mean, covariance, noise, q, heading, False)
                 predict(mean, covariance, noise, q, speed_mps, yaw_rate_rps, step_s, True)
                 branches.isolated_way_m[row] += abs(speed_mps) * step_s
-                if step == last or history.lane[v, at] < 0:
+                if step == last or recorded.lane[track, at] < 0:
                     continue
                 camera = history.camera[v, at]
-                sight = LaneSight(history.lane[v, at], -camera[0], camera[1], camera[2])
+                sight = LaneSight(recorded.lane[track, at], -camera[0], camera[1], camera[2])
                 branches.segment[row], repaired = correction(
                     mean, covariance, branches.segment[row], room, world, q, sight
                 )

@@ -52,37 +52,65 @@ class History(NamedTuple):
         recorded: (N,) steps recorded so far; step i is at i % L.
         motion: (N, L, 3) speed (m/s), yaw rate (rad/s) and heading (rad) as measured.
         camera: (N, L, 3) the camera's C0, C1 and the standard deviation (m) that it states for C0.
-        lane: (N, L) lane that the camera follows, -1 where it sees none.
     """
 
     recorded: Ints = blank(0)
     motion: Floats = blank(0.0, "steps", 3)
     camera: Floats = blank(0.0, "steps", 3)
+
+
+class Beliefs(NamedTuple):
+    """The lanes that M track rows believed to be on in the last L steps.
+
+    Attributes:
+        lane: (M, L) in the places of `History`, -1 where the camera saw none, or which one it was is not known.
+    """
+
     lane: Ints = blank(-1, "steps")
 
 
-def record_step(rows: Ints, history: Table[History], tracks: Tracks, vehicles: Vehicles, seen: Measurements) -> None:
-    """Record this step of the vehicles of the track rows `rows`, once for each vehicle.
+class Recorded(NamedTuple):
+    """All that is recorded.
+
+    Attributes:
+        history: of the vehicles.
+        lane: (M, L) of `Beliefs`.
+    """
+
+    history: History
+    lane: Ints
+
+
+def record_step(
+    rows: Ints, history: Table[History], beliefs: Table[Beliefs], tracks: Tracks, vehicles: Vehicles, seen: Measurements
+) -> None:
+    """Record this step of the track rows `rows`; what the sensors say, once for each vehicle.
 
     Every vehicle has one track under plan 0. A row that another vehicle takes over needs no reset: no filter is older
     than its vehicle.
     """
     history.grow(len(vehicles.lane))
-    _record(tracks.vehicle[rows[tracks.plan[rows] == 0]], history.now, vehicles, seen)
+    _record(rows, history.now, beliefs.now, tracks, seen)
 
 
 @kernel
-def _record(rows: Ints, history: History, vehicles: Vehicles, seen: Measurements) -> None:
+def _record(rows: Ints, history: History, beliefs: Beliefs, tracks: Tracks, seen: Measurements) -> None:
     for row in rows:
-        slot = history.recorded[row] % history.lane.shape[1]
-        history.motion[row, slot, 0] = seen.speed_mps[row]
-        history.motion[row, slot, 1] = seen.yaw_rate_rps[row]
-        history.motion[row, slot, 2] = seen.heading_rad[row]
-        history.camera[row, slot, 0] = seen.lane_poly[row, 0]
-        history.camera[row, slot, 1] = seen.lane_poly[row, 1]
-        history.camera[row, slot, 2] = seen.camera_sigma_m[row]
-        history.lane[row, slot] = vehicles.lane[row] if seen.camera_valid[row] else -1
-        history.recorded[row] += 1
+        if tracks.plan[row] != 0:
+            continue
+        v = tracks.vehicle[row]
+        slot = history.recorded[v] % history.motion.shape[1]
+        history.motion[v, slot, 0] = seen.speed_mps[v]
+        history.motion[v, slot, 1] = seen.yaw_rate_rps[v]
+        history.motion[v, slot, 2] = seen.heading_rad[v]
+        history.camera[v, slot, 0] = seen.lane_poly[v, 0]
+        history.camera[v, slot, 1] = seen.lane_poly[v, 1]
+        history.camera[v, slot, 2] = seen.camera_sigma_m[v]
+        history.recorded[v] += 1
+    for row in rows:
+        v = tracks.vehicle[row]
+        known = seen.camera_valid[v] and tracks.lane_known[row]
+        beliefs.lane[row, entry(history, v, 0)] = tracks.lane[row] if known else -1
 
 
 @inline
@@ -125,4 +153,4 @@ def restore(branches: Branches, row: int, recall: Recall) -> tuple[int, bool]:
 @inline
 def entry(history: History, vehicle: int, ago: int) -> int:
     """Return where in the ring the step is that was `ago` steps before the last."""
-    return int((history.recorded[vehicle] - 1 - ago) % history.lane.shape[1])
+    return int((history.recorded[vehicle] - 1 - ago) % history.motion.shape[1])

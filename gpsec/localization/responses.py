@@ -5,7 +5,7 @@ from typing import ClassVar
 from gpsec.core.arrays import Ints
 from gpsec.localization import lane_ukf, paper_ukf
 from gpsec.localization.family import Correction, Filter, correcting, no_correction, rewinding
-from gpsec.localization.history import History, Recall
+from gpsec.localization.history import Recall, Recorded
 from gpsec.localization.learning import LEARNING_EKF
 from gpsec.localization.paper_ukf import PAPER_FILTER
 from gpsec.localization.state import Branches
@@ -44,7 +44,7 @@ class Response:
         branches: Branches,
         tracks: Tracks,
         vehicles: Vehicles,
-        history: History,
+        recorded: Recorded,
         world: World,
         recall: Recall,
     ) -> None:
@@ -53,7 +53,7 @@ class Response:
         It comes before `correct`: this step's motion is applied, its camera is not.
         """
         loop = rewinding(self.filter, type(self).correction or no_correction)
-        loop(rows, branches, tracks, vehicles, history, world, recall, make_room(self.filter.states))
+        loop(rows, branches, tracks, vehicles, recorded, world, recall, make_room(self.filter.states))
 
 
 class NoResponse(Response):

@@ -16,7 +16,7 @@ from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
 from gpsec.localization.branches import BranchRows, LocalizationState
 from gpsec.localization.family import Filter, advancing
-from gpsec.localization.history import SNAPSHOTS, History, Recall, record_step
+from gpsec.localization.history import SNAPSHOTS, Beliefs, History, Recall, record_step
 from gpsec.localization.rejoin import SwitchRules, SwitchSettings, judging, trusting
 from gpsec.localization.responses import Response
 from gpsec.localization.state import TRUSTS, Cells, Defences, report_estimates
@@ -84,7 +84,9 @@ class Localization:
             BranchRows(family.defences.column, family.filter.states, SNAPSHOTS * family.rolls_back)
             for family in self.families
         ]
-        state = LocalizationState(len(self.responses), families, Table(History, steps=self.recall.steps))
+        kept = self.recall.steps if self._goes_back else 0
+        history, beliefs = Table(History, steps=kept), Table(Beliefs, steps=kept)
+        state = LocalizationState(len(self.responses), families, history, beliefs)
         state.grow(capacity)
         return state
 
@@ -104,7 +106,7 @@ class Localization:
         """
         world, cells, profile = self.world, state.cells, vehicles.profile
         if self._goes_back:
-            record_step(rows, state.history, tracks, vehicles, seen)
+            record_step(rows, state.history, state.beliefs, tracks, vehicles, seen)
         threads.run(isolate_on_alarm, rows, cells, self._defences, alarm, tracks, profile, self._rules)
         for branches, entered in zip(state.families, state.part(rows), strict=True):
             branches.now.entered[entered] = True
@@ -158,7 +160,7 @@ class Localization:
         now = branches.now
         back = rows[now.entered[rows] & ~state.cells.lost[now.track[rows]]]
         if len(back):
-            threads.run(response.rewind, back, now, tracks, vehicles, state.history.now, self.world, self.recall)
+            threads.run(response.rewind, back, now, tracks, vehicles, state.recorded, self.world, self.recall)
 
     def report(self, state: LocalizationState, rows: Ints, answers: Answers, threads: Threads) -> None:
         """Set estimates and flags of isolation of the track rows `rows`."""

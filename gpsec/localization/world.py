@@ -30,7 +30,7 @@ class LaneSight(NamedTuple):
     """What the camera of one vehicle sees.
 
     Attributes:
-        lane: that it follows.
+        lane: that it is believed to show.
         offset_m: -C0, where the vehicle is in its lane, left positive.
         slope: C1, the direction of the lane in the vehicle's frame.
         sigma_m: standard deviation that the camera states for C0.

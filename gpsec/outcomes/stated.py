@@ -28,7 +28,7 @@ class _Plan(_Part):
 
 class _Fleet(_Part):
     equipped_share: _Share
-    matching: str
+    association: str
     settle_s: _Number
 
 

@@ -60,18 +60,18 @@ def table_one(runs: Runs) -> list[tables.PaperRow]:
         label = f"{profile} on {network}"
         rows += tables.detection_rows(tables.at(label), *_both(runs.of("main", profile)), TABLE_ATTACKS)
         rows += tables.detection_rows(
-            tables.at(label, matching="nearest"), *_both(runs.of("nearest", profile)), TABLE_ATTACKS
+            tables.at(label, association="nearest"), *_both(runs.of("nearest", profile)), TABLE_ATTACKS
         )
         for rate in FURTHER_RATES:
             rows += tables.detection_rows(tables.at(label, rate), *_both(runs.of("rate", profile, rate)), TABLE_ATTACKS)
-    for matching, network in product(("tracked", "nearest"), CROWDED):
-        events, vehicles = _both(runs.of("mixed", matching, network))
+    for association, network in product(("tracked", "nearest"), CROWDED):
+        events, vehicles = _both(runs.of("mixed", association, network))
         for profile in SET_UPS:
             mine, theirs = events[events["profile"] == profile], vehicles[vehicles["profile"] == profile]
             named = {attack: f"{attack}_{profile}" for attack in TABLE_ATTACKS}
-            label = tables.at(f"{profile} on {network}", matching=matching)
+            label = tables.at(f"{profile} on {network}", association=association)
             rows += tables.detection_rows(label, mine, theirs, named)
-        rows += tables.alias_rows(f"{network} / {matching}", events)
+        rows += tables.alias_rows(f"{network} / {association}", events)
     trained, unseen = (
         pool.read_runs([folder for network in networks for folder in runs.of("mixed", "tracked", network)], "events")
         for networks in (TRAINING, EVALUATION)

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from gpsec.detection.models import MATCHINGS
 from gpsec.paper import contexts, pool, vehicle
 from gpsec.paper.plotting import LINE_COLOURS, Axes, canvas, draw_curve
 from gpsec.paper.pool import Estimate
@@ -27,7 +26,7 @@ from gpsec.paper.studies import (
 )
 from gpsec.paper.tables import scored
 from gpsec.scenario.choices import BOUNDS, DEFAULT_RATE
-from gpsec.types.constants import UNDEFENDED
+from gpsec.types.constants import MODELLED, UNDEFENDED
 
 _DELTA_TICKS = (1.05, 1.2, 1.5, 2.0)
 # Where no false alarm is drawn on a logarithmic axis.
@@ -97,8 +96,8 @@ def _direction(runs: Runs, path: Path) -> None:
 def _alias(runs: Runs, path: Path) -> None:
     with canvas(path, 2, len(CROWDED)) as axes:
         for column, network in enumerate(CROWDED):
-            for place, matching in enumerate(MATCHINGS):
-                events = pool.read_runs(runs.of("mixed", matching, network), "events")
+            for place, association in enumerate(MODELLED):
+                events = pool.read_runs(runs.of("mixed", association, network), "events")
                 detected, left = {}, {}
                 for profile in SET_UPS:
                     mine = events[events["profile"] == profile]
@@ -106,8 +105,8 @@ def _alias(runs: Runs, path: Path) -> None:
                     attacked = pool.of_defence(mine, "+".join(PAPER), LANE_ALIAS)
                     out = attacked["outcome"].isin(["out_of_lane", "wrong_way", "off_road"])
                     left[profile] = pool.share(attacked, out)
-                _bars(axes[0, column], detected, place, len(MATCHINGS), matching)
-                _bars(axes[1, column], left, place, len(MATCHINGS), matching)
+                _bars(axes[0, column], detected, place, len(MODELLED), association)
+                _bars(axes[1, column], left, place, len(MODELLED), association)
             axes[0, column].set_title(network)
         _label(axes, (f"recall, {PAPER[0]}", f"out of lane, {'+'.join(PAPER)}"))
 

@@ -40,7 +40,7 @@ CONSUMER_BIASES_M = (2.4, 5.0, 10.0)
 CONSTANT_BIAS, STEALTH, SLOW_STEALTH, LANE_ALIAS = "constant_bias", "stealth", "slow_stealth", "lane_alias"
 
 PlanTable = dict[str, Any]
-# What a set of runs is for: a word, then profile and rate, or matching and network.
+# What a set of runs is for: a word, then profile and rate, or association and network.
 Group = tuple[str, ...]
 NONE = ("never", "none")
 # Responses that isolate GNSS, and the paper's own.
@@ -88,7 +88,7 @@ class _Settings:
     """Settings of a run that are the same in most of them."""
 
     rate: str = DEFAULT_RATE
-    matching: str = "tracked"
+    association: str = "tracked"
     duration_s: float | None = None
     equipped_share: float = 1.0
     log_steps: bool = False
@@ -152,7 +152,7 @@ class Studies:
         ]
 
     def nearest(self, profile: str, pinned: Pinned) -> list[Scenario]:
-        """Return the same with the paper's nearest-lane matching, for Table I."""
+        """Return the same with the paper's nearest-lane association, for Table I."""
         plans = _pinned_plans(pinned, profile)
         return [
             self._make(
@@ -162,7 +162,7 @@ class Studies:
                 seed,
                 plans,
                 _watched(),
-                _Settings(matching="nearest"),
+                _Settings(association="nearest"),
             )
             for seed in self.seeds[:2]
         ]
@@ -184,19 +184,19 @@ class Studies:
             for seed in self.seeds[:2]
         ]
 
-    def mixed(self, network: str, pinned: Pinned, matching: str = "tracked") -> Scenario:
+    def mixed(self, network: str, pinned: Pinned, association: str = "tracked") -> Scenario:
         """Return a run whose fleet is a third of each profile; every profile's attacks are there under its name."""
         plans = [plan for profile in SET_UPS for plan in _pinned_plans(pinned, profile, f"_{profile}")]
         plans.append(_plan("lane_alias", LANE_ALIAS))
         return self._make(
-            f"mixed-{matching}-{network}",
+            f"mixed-{association}-{network}",
             network,
             _thirds(),
             SEEDS[0],
             plans,
             _watched(),
             # There are so many vehicles that a part of the time does.
-            _Settings(matching=matching, duration_s=240.0 if network in CROWDED else None),
+            _Settings(association=association, duration_s=240.0 if network in CROWDED else None),
         )
 
     def curves(self, profile: str, pinned: Pinned) -> Scenario:
@@ -264,7 +264,7 @@ class Studies:
                 "log_steps": settings.log_steps,
                 "fleet": {
                     "profile": profile,
-                    "matching": settings.matching,
+                    "association": settings.association,
                     "equipped_share": settings.equipped_share,
                 },
                 "detection": {"detectors": detectors(), "false_alarm_rate": settings.rate},

@@ -127,6 +127,6 @@ def scored(events: pd.DataFrame) -> Sequence[str]:
     return [name for name in events["detector"].unique() if name not in ("never", "told")]
 
 
-def at(label: str, rate: str = DEFAULT_RATE, matching: str = "tracked") -> str:
+def at(label: str, rate: str = DEFAULT_RATE, association: str = "tracked") -> str:
     """Return the label of rows of one operating point."""
-    return f"{label} / {matching} / {rate}"
+    return f"{label} / {association} / {rate}"

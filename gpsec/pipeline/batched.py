@@ -1,8 +1,9 @@
-"""The batched engine: residual, detectors and filters of all tracks at once."""
+"""The batched engine: lanes, residual, detectors and filters of all tracks at once."""
 
 from collections.abc import Sequence
 from typing import Any
 
+from gpsec.association.associating import Associating
 from gpsec.core.arrays import Ints
 from gpsec.core.stopwatch import Stopwatch
 from gpsec.core.tables import Table
@@ -21,8 +22,12 @@ from gpsec.types.vehicles import Measurements, Vehicles
 class BatchedMethod:
     """The kernels: all tracks at once."""
 
-    def __init__(self, world: World, detection: Detection, localization: Localization) -> None:
+    def __init__(
+        self, world: World, association: Associating, detection: Detection, localization: Localization
+    ) -> None:
         self._world = world
+        self._association = association
+        self._lanes = association.new_state(1)
         self._detection = detection
         self._localization = localization
         self._residuals = Residuals(world.hd_map, detection.sampling)
@@ -43,6 +48,7 @@ class BatchedMethod:
     def _states(self) -> Sequence[Table[Any] | LocalizationState]:
         return [
             self._answers,
+            self._lanes,
             self._pending,
             self._filters,
             *(state for state in self._detector_states if state is not None),
@@ -78,7 +84,9 @@ class BatchedMethod:
         threads: Threads,
         watch: Stopwatch,
     ) -> None:
-        """Form the residuals, ask the detectors, run the filters."""
+        """Say which lane each track is on, form the residuals, ask the detectors, run the filters."""
+        self._association.update(self._lanes.now, rows, tracks, vehicles, seen, threads)
+        watch.lap("association")
         self._residuals.update(number, self._pending.now, rows, tracks, vehicles, seen, threads)
         watch.lap("matching")
         self._detect(rows, tracks, vehicles, seen, threads, watch)
@@ -106,6 +114,7 @@ class BatchedMethod:
             curvature_per_m=self._pending.now.curvature_per_m[rows],
             camera_sigma_m=self._pending.now.sigma_m[rows],
             step_s=self._world.step_s,
+            unmatched=tracks.unmatched[rows],
         )
         attacked = tracks.attacked[rows]
         watch.lap("matching")

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gpsec.association.associating import Associating
 from gpsec.attacks.schedule import Plan, build_plans
 from gpsec.attacks.vehicle_plans import plans_from_vehicles
 from gpsec.attacks.zones import plans_from_zones, zone_keys
@@ -15,7 +16,6 @@ from gpsec.detection.pairing import Sampling
 from gpsec.filters.noise import noise_table
 from gpsec.hdmap.arrays import MapView
 from gpsec.hdmap.map import HDMap, load_map
-from gpsec.hdmap.search import MODES
 from gpsec.localization.registry import RESPONSES
 from gpsec.localization.rejoin import SwitchSettings
 from gpsec.localization.switch import Localization
@@ -24,7 +24,7 @@ from gpsec.pipeline.batched import BatchedMethod
 from gpsec.pipeline.filter_noise import filter_noise
 from gpsec.pipeline.fleet_choice import FleetChoice, run_profiles
 from gpsec.pipeline.loop import LoopSettings
-from gpsec.pipeline.mismatch import map_error, mismatch, zone_files
+from gpsec.pipeline.mismatch import lane_mistakes, map_error, mismatch, zone_files
 from gpsec.scenario import Scenario
 from gpsec.scenario.choices import BOUNDS
 from gpsec.scenario.parts import use
@@ -52,6 +52,7 @@ class Ground:
         hd_map: the roads, with a layer for the map spacing of each profile.
         sensors: of the profiles of the run.
         world: what the filters work with.
+        association: how vehicles know their lane.
 
     """
 
@@ -60,6 +61,7 @@ class Ground:
     hd_map: HDMap
     sensors: Sensors
     world: World
+    association: Associating
 
 
 def lay_ground(scenario: Scenario) -> Ground:
@@ -82,9 +84,11 @@ def lay_ground(scenario: Scenario) -> Ground:
     hd_map = load_map(options.net_file, spacings_m, error=map_error(scenario))
     layers = np.array([hd_map.layer(profile.map_spacing_m) for profile in profiles], np.int32)
     noise = noise_table([filter_noise(profile, options.step_s) for profile in profiles])
-    view = MapView(hd_map.lanes, hd_map.index, MODES[scenario.fleet.matching], layers)
+    association = Associating(scenario.fleet.association, hd_map.roads(layers), noise, options.step_s)
+    view = MapView(hd_map.lanes, hd_map.index, association.mode, layers)
     world = World(view, noise, options.step_s)
-    return Ground(options, choice, hd_map, Sensors(profiles, options.step_s, mismatch(scenario)), world)
+    sensors = Sensors(profiles, options.step_s, mismatch(scenario))
+    return Ground(options, choice, hd_map, sensors, world, association)
 
 
 def make_detection(scenario: Scenario, ground: Ground) -> Detection:
@@ -96,12 +100,12 @@ def make_detection(scenario: Scenario, ground: Ground) -> Detection:
     """
     used = {defence.detector for defence in scenario.defences}
     names = (*scenario.detection.detectors, *(bound for bound in BOUNDS if bound in used))
-    profiles, matching = ground.choice.profiles, scenario.fleet.matching
+    profiles, association = ground.choice.profiles, scenario.fleet.association
     models = None if scenario.detection.models is None else load_models(Path(scenario.detection.models))
     return Detection(
         names=names,
-        detectors=tuple(build_detectors(names, profiles, matching, models)),
-        thresholds=thresholds_for(names, profiles, matching, scenario.detection.false_alarm_rate, models),
+        detectors=tuple(build_detectors(names, profiles, association, models)),
+        thresholds=thresholds_for(names, profiles, association, scenario.detection.false_alarm_rate, models),
         scale_m=np.array([residual_sigma_m(PROFILES[name]) for name in profiles]),
         sampling=sampling_of([PROFILES[name] for name in profiles], ground.options.step_s),
     )
@@ -162,6 +166,7 @@ def loop_settings(
         sensors=ground.sensors,
         profile_of=ground.choice.profile,
         shared=shared,
+        mistakes=lane_mistakes(scenario),
     )
 
 
@@ -171,5 +176,5 @@ def make_method(scenario: Scenario, ground: Ground, detection: Detection) -> Met
     if scenario.engine == "reference":
         from gpsec.reference.method import ReferenceMethod
 
-        return ReferenceMethod(ground.hd_map, ground.world, detection, localization)
-    return BatchedMethod(ground.world, detection, localization)
+        return ReferenceMethod(ground.hd_map, ground.world, ground.association, detection, localization)
+    return BatchedMethod(ground.world, ground.association, detection, localization)

@@ -120,7 +120,8 @@ def measure_consistency(scenario: Scenario, profile: str, duration_s: float) -> 
     )
     ground = lay_ground(honest)
     detection = make_detection(honest, ground)
-    method = _Watching(ground.world, detection, make_localization(honest, ground.world, detection.names))
+    localization = make_localization(honest, ground.world, detection.names)
+    method = _Watching(ground.world, ground.association, detection, localization)
     method.ledger, method.names = Ledger(), {name: d for d, name in enumerate([*TRUSTING, *ISOLATED])}
     with RemoteSession(ground.options, ground.hd_map.lane_index, ground.choice.equipped) as session:
         zones = drawn_zones(session)

@@ -14,13 +14,14 @@ from gpsec.core.arrays import Flags, Ints
 from gpsec.core.stopwatch import Stopwatch
 from gpsec.core.tables import Slots, Table
 from gpsec.core.threads import Threads
+from gpsec.hdmap.locating import locate
 from gpsec.hdmap.map import HDMap
-from gpsec.hdmap.matching import locate
 from gpsec.outcomes.recorder import Outcomes
 from gpsec.sensors.sense import Sensors
 from gpsec.sensors.shared_errors import SharedErrors
 from gpsec.traffic.body import advance, axle_distance
 from gpsec.traffic.source import Departure, Frame
+from gpsec.types.camera import NO_MISTAKES, LaneMistakes
 from gpsec.types.method import Method
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Identity, Measurements, Vehicles
@@ -39,6 +40,7 @@ class LoopSettings:
         sensors: of the profiles of the run.
         profile_of: gives the index of the sensor profile of a vehicle that departs.
         shared: what is added to all fixes, None for nothing.
+        mistakes: how cameras err about the lane that they show.
 
     """
 
@@ -50,6 +52,7 @@ class LoopSettings:
     sensors: Sensors
     profile_of: Callable[[Departure], int]
     shared: SharedErrors | None = None
+    mistakes: LaneMistakes = NO_MISTAKES
 
 
 class Loop:
@@ -82,6 +85,8 @@ class Loop:
         self._clock = Clock(settings.step_s, settings.origin_s)
         self._settle_steps = int(np.ceil(settings.settle_s / settings.step_s - 1e-6))
         self._map = settings.hd_map
+        self._roads = settings.hd_map.roads(np.zeros(1, np.int32))
+        self._mistakes = settings.mistakes
         self._sensors = settings.sensors
         self._sensor_state = settings.sensors.new_state(1)
         self._shared = settings.shared
@@ -121,7 +126,7 @@ class Loop:
         rows, vehicles = frame.rows, self.vehicles
         vehicles.lane[rows] = frame.lane
         advance(rows, frame.front_m, self._clock.step_s, vehicles)
-        self._threads.run(locate, rows, self._map.lanes, self._map.index, self._map.sides, vehicles)
+        self._threads.run(locate, rows, frame.step, self._clock.step_s, self._roads, self._mistakes, vehicles)
         self._watch.lap("truth")
         self._sensors.sense(self._sensor_state, vehicles, self.seen, rows, frame.step, self._threads)
         if self._shared is not None and self._common is not None:

@@ -10,6 +10,7 @@ from gpsec.sensors.multipath import Places, drawn_multipath, scattered_multipath
 from gpsec.sensors.sense import Sensors
 from gpsec.sensors.shared_errors import SharedErrors
 from gpsec.traffic.options import SumoOptions
+from gpsec.types.camera import LaneMistakes
 from gpsec.types.drawn_zones import DrawnZone
 
 
@@ -36,6 +37,18 @@ def mismatch(scenario: Scenario) -> Mismatch:
         gyro=world.gyro_factor,
         heading=world.heading_factor,
         common_share=world.gnss_common_share,
+    )
+
+
+def lane_mistakes(scenario: Scenario) -> LaneMistakes:
+    """Return how cameras err about the lane that they show."""
+    world = scenario.world
+    return LaneMistakes(
+        hysteresis_m=world.camera_hysteresis_m,
+        late_s=world.camera_late_s,
+        wrong_per_h=world.camera_wrong_per_h,
+        wrong_s=world.camera_wrong_s,
+        blind_m=world.camera_blind_m,
     )
 
 

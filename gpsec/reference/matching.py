@@ -1,6 +1,7 @@
 """Map matching by shapely: the nearest lane segment, and the signed offset from it (Eqs 2-6)."""
 
 from math import cos, inf, sin
+from typing import NamedTuple
 
 import numpy as np
 import shapely
@@ -18,11 +19,18 @@ _EXTENSION_M = 1000.0
 _RADII_M = (4.0, 16.0, 64.0)
 
 
+class Matched(NamedTuple):
+    """The lane that a position is matched to, and the offset from its centre, left positive."""
+
+    lane: int
+    offset_m: float
+
+
 class LaneMatcher:
     """The lanes as a vehicle's own map has them, one shapely line for each segment.
 
     Attributes:
-        tracked: match to the lane that the camera follows, with what leads to it and on from it; else to the nearest.
+        tracked: match to the lane that is believed, with what leads to it and on from it; else to the nearest.
 
     """
 
@@ -53,8 +61,15 @@ class LaneMatcher:
 
     def offset(self, x_m: float, y_m: float, heading_rad: float, lane: int) -> float | None:
         """Return the offset of a position from the lane centre, left positive; None where nothing matches."""
+        found = self.match(x_m, y_m, heading_rad, lane)
+        return None if found is None else found.offset_m
+
+    def match(self, x_m: float, y_m: float, heading_rad: float, lane: int) -> Matched | None:
+        """Return the lane that a position is matched to, and its offset from that; None where nothing matches."""
         found = self._beside(x_m, y_m, heading_rad, lane)
-        return None if found is None else found[0]
+        if found is None:
+            return None
+        return Matched(int(np.searchsorted(self._first, found[2], side="right")) - 1, found[0])
 
     def view(self, x_m: float, y_m: float, heading_rad: float, lane: int) -> tuple[float, float] | None:
         """Return the offset from the arc over the matched segment, and the direction of the lane less the heading."""
@@ -101,7 +116,7 @@ class LaneMatcher:
             for segment, here_m in zip(near.tolist(), distance.tolist(), strict=True):
                 if here_m < best_m - TIE_M:
                     cosine = cos(heading_rad - self._yaw(segment, point))
-                    if abs(cosine) >= WIDEST_ANGLE_COS:
+                    if cosine >= WIDEST_ANGLE_COS:
                         best, best_m = segment, here_m
             if best is not None:
                 return best

@@ -1,8 +1,9 @@
-"""The reference engine: residual, detectors and filters of one track after another."""
+"""The reference engine: lanes, residual, detectors and filters of one track after another."""
 
 from copy import deepcopy
 from dataclasses import replace
 
+from gpsec.association.associating import Associating
 from gpsec.core.arrays import Ints
 from gpsec.core.stopwatch import Stopwatch
 from gpsec.core.tables import Table
@@ -12,9 +13,11 @@ from gpsec.filters.noise import noise_of
 from gpsec.hdmap.map import HDMap
 from gpsec.localization.switch import Localization
 from gpsec.localization.world import World
+from gpsec.reference.association import TrackAssociation
 from gpsec.reference.detector import Scale, TrackDetector
 from gpsec.reference.detectors import detector_maker
 from gpsec.reference.history import Rules
+from gpsec.reference.lane_line import LaneLines
 from gpsec.reference.matching import LaneMatcher
 from gpsec.reference.pairing import Pair, Pairing, Residual
 from gpsec.reference.sight import Sight
@@ -31,13 +34,21 @@ class ReferenceTrack:
     """One vehicle under one attack plan: its detectors and its filters.
 
     Attributes:
+        lanes: which lane it is on, None where vehicles do not track it.
         pairing: what is compared with what.
         detectors: those of the run, in their order.
         localization: the filters of all defences.
 
     """
 
-    def __init__(self, pairing: Pairing, detectors: list[TrackDetector], localization: TrackLocalization) -> None:
+    def __init__(
+        self,
+        lanes: TrackAssociation | None,
+        pairing: Pairing,
+        detectors: list[TrackDetector],
+        localization: TrackLocalization,
+    ) -> None:
+        self.lanes = lanes
         self.pairing = pairing
         self.detectors = detectors
         self.localization = localization
@@ -49,7 +60,14 @@ class ReferenceMethod:
     Implements `gpsec.types.method.Method`.
     """
 
-    def __init__(self, hd_map: HDMap, world: World, detection: Detection, localization: Localization) -> None:
+    def __init__(
+        self,
+        hd_map: HDMap,
+        world: World,
+        association: Associating,
+        detection: Detection,
+        localization: Localization,
+    ) -> None:
         """Prepare for tracks.
 
         Raises:
@@ -57,6 +75,7 @@ class ReferenceMethod:
 
         """
         self._world = world
+        self._association = association
         self._detection = detection
         self._localization = localization
         self._profiles = len(world.hd_map.layer)
@@ -65,6 +84,8 @@ class ReferenceMethod:
             for layer in set(world.hd_map.layer.tolist())
         }
         self._matchers = [matchers[layer] for layer in world.hd_map.layer.tolist()]
+        lines = {layer: LaneLines(hd_map, layer) for layer in set(world.hd_map.layer.tolist())}
+        self._lines = [lines[layer] for layer in world.hd_map.layer.tolist()]
         self._make_detector = [detector_maker(detector, self._profiles) for detector in detection.detectors]
         self._tracks: dict[int, ReferenceTrack] = {}
         self._new_localization(0)  # says now, rather than with the first vehicle, what is missing
@@ -114,11 +135,11 @@ class ReferenceMethod:
             profile = int(vehicles.profile[vehicle])
             if row not in self._tracks:
                 self._tracks[row] = self._new_track(profile)
-            sight = _sight(row, vehicle, tracks, vehicles, seen)
+            sight = self._with_lane(row, vehicle, tracks, vehicles, sight_of(row, vehicle, tracks, seen))
             pair = self._tracks[row].pairing.step(number, sight)
             residual = None
             if pair is not None:
-                residual = self._residual(pair, profile)
+                residual = self._residual(row, pair, profile, tracks)
                 lane = pair.sight
                 sight = replace(sight, curvature_per_m=lane.curvature_per_m, camera_sigma_m=lane.camera_sigma_m)
             tracks.residual_valid[row] = residual is not None
@@ -128,11 +149,31 @@ class ReferenceMethod:
             self._answer(row, sight, residual, bool(tracks.attacked[row]), profile)
         watch.lap("reference engine")
 
-    def _residual(self, pair: Pair, profile: int) -> Residual | None:
-        """Return z = d_camera - d_map(fix); None where there is no match."""
+    def _with_lane(self, row: int, vehicle: int, tracks: Tracks, vehicles: Vehicles, sight: Sight) -> Sight:
+        """Return the sight with the lane that the track believes to be on, without the camera where it has no idea."""
+        lanes = self._tracks[row].lanes
+        if lanes is None:
+            tracks.lane_known[row], tracks.unmatched[row] = True, False
+            if self._association.kind == "oracle":
+                tracks.lane[row] = vehicles.camera_lane[vehicle]
+        else:
+            lanes.step(sight)
+            tracks.lane[row] = -1 if lanes.best is None else lanes.best
+            tracks.lane_known[row], tracks.unmatched[row] = lanes.known, lanes.unmatched
+        if not tracks.lane_known[row]:
+            return replace(sight, lane_offset_m=None)
+        return replace(sight, lane=int(tracks.lane[row]))
+
+    def _residual(self, row: int, pair: Pair, profile: int, tracks: Tracks) -> Residual | None:
+        """Return z = d_camera - d_map(fix); None where there is no match, which is said in `tracks`."""
         x, y = pair.fix_m.tolist()
-        on_map = self._matchers[profile].offset(x, y, pair.sight.heading_rad, pair.sight.lane)
-        return None if on_map is None else Residual(pair.offset_m - on_map, pair.now_m)
+        on_map = self._matchers[profile].match(x, y, pair.sight.heading_rad, pair.sight.lane)
+        if on_map is None:
+            tracks.unmatched[row] = True
+            return None
+        if self._association.kind == "nearest":
+            tracks.lane[row] = on_map.lane
+        return Residual(pair.offset_m - on_map.offset_m, pair.now_m)
 
     def _answer(self, row: int, sight: Sight, residual: Residual | None, attacked: bool, profile: int) -> None:
         track, answers = self._tracks[row], self.answers
@@ -155,7 +196,11 @@ class ReferenceMethod:
         ]
         sampling = detection.sampling
         pairing = Pairing(sampling.step_s, int(sampling.fix_steps[profile]), int(sampling.camera_steps[profile]))
-        return ReferenceTrack(pairing, detectors, self._new_localization(profile))
+        lanes = None
+        if self._association.kind == "tracked":
+            noise = noise_of(self._association.noise, profile)
+            lanes = TrackAssociation(self._lines[profile], noise, self._world.step_s)
+        return ReferenceTrack(lanes, pairing, detectors, self._new_localization(profile))
 
     def _new_localization(self, profile: int) -> TrackLocalization:
         table, localization = self._world.noise, self._localization
@@ -165,11 +210,12 @@ class ReferenceMethod:
         )
 
 
-def _sight(row: int, vehicle: int, tracks: Tracks, vehicles: Vehicles, seen: Measurements) -> Sight:
+def sight_of(row: int, vehicle: int, tracks: Tracks, seen: Measurements) -> Sight:
+    """Return what one track has from its sensors in this step, without a lane."""
     c0, c1, c2, _ = seen.lane_poly[vehicle].tolist()
     return Sight(
         fix_m=tracks.fix_m[row].copy() if tracks.fix_valid[row] else None,
-        lane=int(vehicles.lane[vehicle]),
+        lane=-1,
         heading_rad=float(seen.heading_rad[vehicle]),
         speed_mps=float(seen.speed_mps[vehicle]),
         yaw_rate_rps=float(seen.yaw_rate_rps[vehicle]),

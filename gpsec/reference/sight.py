@@ -11,10 +11,11 @@ class Sight:
 
     Attributes:
         fix_m: (2,) GNSS position after the attack.
-        lane: index of the lane that the camera follows.
+        lane: index of the lane that the vehicle believes to be on, -1 for none.
         heading_rad: yaw as the vehicle knows it.
         speed_mps, yaw_rate_rps: odometer and gyro over the step.
-        lane_offset_m: from the lane's centre as the camera sees it (-C0), left positive.
+        lane_offset_m: from the lane's centre as the camera sees it (-C0), left positive; None, too, where it is not
+            known which lane that is.
         lane_slope: of the lane in the vehicle's frame, as the camera sees it (C1).
         curvature_per_m: of the lane, as the camera sees it (2·C2).
         camera_sigma_m: standard deviation that the camera states.

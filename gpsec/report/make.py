@@ -118,8 +118,8 @@ def _described(stated: dict[str, Any]) -> dict[str, Any]:
         "fleet": f"{stated['vehicles']} vehicles with sensors ({given['fleet']['equipped_share']:.0%} of those whose"
         f" type does not say), {stated['vehicle_steps']:,} vehicle-steps, at most {stated['peak_vehicles']} at a time",
         "sensor profiles": ", ".join(stated["profiles"]),
-        "map matching": given["fleet"]["matching"],
         "what filters and detectors do not know": _unknown(given.get("world", {})),
+        "lane association": given["fleet"]["association"],
         "scored and attacked": f"after {given['fleet']['settle_s']:g} s on the road",
         "false-alarm rate of the thresholds": given["detection"]["false_alarm_rate"],
         "GNSS is used again": f"{given['localization']['hold_s']:g} s after the last alarm, once fixes have agreed for"

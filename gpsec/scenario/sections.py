@@ -2,13 +2,15 @@
 
 from collections.abc import Mapping
 from math import hypot
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator, model_validator
 
 from gpsec.attacks.plans import MAX_TIME_S
 from gpsec.core.errors import shown
 from gpsec.scenario import choices
+from gpsec.types.camera import NO_MISTAKES
+from gpsec.types.constants import ASSOCIATIONS
 
 
 class Section(BaseModel):
@@ -39,15 +41,27 @@ class FleetSection(Section):
         equipped_share: share of the vehicles that are automated, where their type does not say.
         profile: sensor profile (`gpsec list profiles`), or a table of shares that add up to 1, such as
             `{ dsd = 0.5, carla = 0.5 }`.
-        matching: the lane that fixes are matched to; `tracked` is the one that the camera has followed, `nearest` the
-            paper's.
+        association: how a vehicle knows which lane it is on: `tracked` from its own sensors; `nearest` takes the lane
+            nearest to each fix, as in the paper; `oracle`, a bound, is told by the simulator.
         settle_s: seconds on the road before a vehicle is scored or attacked.
     """
 
     equipped_share: float = Field(1.0, gt=0.0, le=1.0)
     profile: Annotated[Mapping[str, float], BeforeValidator(_profile_shares)] = Field({"carla": 1.0})
-    matching: Literal["tracked", "nearest"] = "tracked"
+    association: str = ASSOCIATIONS[0]
     settle_s: float = Field(10.0, ge=0.0, le=600.0)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _renamed(cls, raw: Any) -> Any:
+        if isinstance(raw, dict) and "matching" in raw:
+            raise ValueError("'matching' is now called 'association': `tracked`, `nearest`, or `oracle`")
+        return raw
+
+    @field_validator("association")
+    @classmethod
+    def _known_association(cls, name: str) -> str:
+        return choices.require_known("association", name, ASSOCIATIONS)
 
     @field_validator("profile")
     @classmethod
@@ -77,6 +91,11 @@ class WorldSection(Section):
         map_field_m: standard deviation, on each axis, of a map error that varies from place to place.
         map_field_length_m: metres over which that error stays alike (correlation length of a Gaussian).
         map_road_m: standard deviation of a map error across the road, drawn for each road.
+        camera_hysteresis_m: the camera keeps to a lane until the rear axle is beyond the line by this much …
+        camera_late_s: … and for so many seconds more.
+        camera_wrong_per_h: times in an hour that the camera begins to show the lane beside its own.
+        camera_wrong_s: seconds that it does so.
+        camera_blind_m: the camera shows no lane while a line of it is nearer to the rear axle than this.
         multipath_share: share of the road's length on which fixes are off by multipath; needs `multipath_m`.
         multipath_m: size of that error, whose direction is drawn for each place.
         multipath_length_m: side of the squares that these places are.
@@ -94,6 +113,11 @@ class WorldSection(Section):
     map_field_m: float = Field(0.0, ge=0.0, le=2.0)
     map_field_length_m: float = Field(200.0, ge=20.0, le=1e6)
     map_road_m: float = Field(0.0, ge=0.0, le=2.0)
+    camera_hysteresis_m: float = Field(NO_MISTAKES.hysteresis_m, ge=0.0, le=2.0)
+    camera_late_s: float = Field(0.0, ge=0.0, le=60.0)
+    camera_wrong_per_h: float = Field(0.0, ge=0.0, le=3600.0)
+    camera_wrong_s: float = Field(NO_MISTAKES.wrong_s, gt=0.0, le=60.0)
+    camera_blind_m: float = Field(0.0, ge=0.0, le=2.0)
     multipath_share: float = Field(0.0, ge=0.0, le=1.0)
     multipath_m: float = Field(0.0, ge=0.0, le=100.0)
     multipath_length_m: float = Field(50.0, ge=5.0, le=10_000.0)

@@ -272,8 +272,8 @@ def sense_lane(
         key, p = truth.key[row], truth.profile[row]
         mind.out[row, CAMERA] = in_outage(mind.out[row, CAMERA], key, noise.CAMERA_DROPOUT, step, camera, p)
         sampled = not mind.out[row, CAMERA] and ticks(key, noise.CAMERA_CLOCK, step, camera[p, TICKS])
-        lane_turn = wrap_angle(truth.lane_yaw_rad[row] - truth.yaw_rad[row])
-        curvature = truth.curvature_per_m[row]
+        lane_turn = wrap_angle(truth.camera_yaw_rad[row] - truth.yaw_rad[row])
+        curvature = truth.camera_curvature_per_m[row]
         view = view_length_m(camera[p, RANGE], camera[p, HALF_VIEW], curvature)
         s0, s1, s2, s3 = fit_sigmas(camera[p, WHITE], camera[p, RANGE], view)
         stated = sqrt(s0 * s0 + camera[p, BIAS] * camera[p, BIAS] + camera[p, MOUNT] * camera[p, MOUNT])
@@ -294,7 +294,7 @@ def sense_lane(
             driven += truth.speed_mps[row] * step_s
             left_over -= 1.0
             back -= 1
-        c0, c1, c2, c3 = lane_polynomial(truth.lane_offset_m[row], lane_turn, curvature)
+        c0, c1, c2, c3 = lane_polynomial(truth.camera_offset_m[row], lane_turn, curvature)
         unknown = camera[p, UNKNOWN]
         c0 += c1 * forward - left + unknown * mind.mount_m[row] + unknown * mind.camera_bias_m[row]
         if turned != 0.0:

@@ -37,9 +37,9 @@ def along_a_bend(drive: Drive, step: int) -> None:
     """Move the vehicles along a bend, in and out of junctions, a little different for each of them."""
     drive.move(8.0 + 0.1 * step, 0.05)
     index = np.arange(drive.count)
-    drive.vehicles.lane_yaw_rad[:] = drive.vehicles.yaw_rad + 0.01 * np.cos(index)
-    drive.vehicles.lane_offset_m[:] = 0.3 * np.sin(index + 0.2 * step)
-    drive.vehicles.curvature_per_m[:] = 0.005
+    drive.vehicles.camera_yaw_rad[:] = drive.vehicles.yaw_rad + 0.01 * np.cos(index)
+    drive.vehicles.camera_offset_m[:] = 0.3 * np.sin(index + 0.2 * step)
+    drive.vehicles.camera_curvature_per_m[:] = 0.005
     drive.vehicles.marked[:] = ~_in_junction(drive.count, step)
 
 

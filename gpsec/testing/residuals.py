@@ -40,7 +40,7 @@ def make_log(
     return ResidualLog(
         network="synthetic",
         profile="carla",
-        matching="tracked",
+        association="tracked",
         step_s=STEP_S,
         scale_m=SCALE_M,
         vehicle=np.repeat(np.arange(vehicles, dtype=np.int32), steps),

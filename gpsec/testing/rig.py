@@ -105,7 +105,8 @@ class Rig:
         self.state.history.grow(self.count)
         self.alarm = np.zeros((self.count, len(self.responses)), np.bool_)
         self.tracks.vehicle[:] = np.arange(self.count)
-        self.vehicles.lane[:] = self.lane
+        self.vehicles.lane[:] = self.tracks.lane[:] = self.lane
+        self.tracks.lane_known[:] = True
         self.vehicles.rear_m[:] = self.hd_map.centre_line(self.lane)[0]
         self.seen.speed_mps[:] = self.vehicles.speed_mps[:] = self.speed_mps
         self.seen.camera_sigma_m[:] = 0.08

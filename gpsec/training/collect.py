@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gpsec.association.associating import Associating
 from gpsec.core.arrays import Ints
 from gpsec.core.stopwatch import Stopwatch
 from gpsec.core.tables import Table
@@ -11,10 +12,11 @@ from gpsec.core.threads import Threads
 from gpsec.detection.logs import ResidualLog
 from gpsec.detection.pairing import Pending
 from gpsec.detection.residual import Residuals
+from gpsec.filters.noise import noise_table
 from gpsec.hdmap.arrays import MapView
 from gpsec.hdmap.map import HDMap, load_map
-from gpsec.hdmap.search import MODES
 from gpsec.pipeline.build import sampling_of
+from gpsec.pipeline.filter_noise import filter_noise
 from gpsec.pipeline.loop import Loop, LoopSettings
 from gpsec.sensors.profiles import SensorProfile, residual_sigma_m
 from gpsec.sensors.sense import Sensors
@@ -48,10 +50,13 @@ def recorded_traffic(path: Path, net_file: Path) -> Recording:
 class _ResidualOnly:
     """An engine that stops at the residual and keeps it; implements `gpsec.types.method.Method`."""
 
-    def __init__(self, hd_map: HDMap, profile: SensorProfile, matching: str, step_s: float) -> None:
+    def __init__(self, hd_map: HDMap, profile: SensorProfile, association: str, step_s: float) -> None:
         self._answers = Table(Answers, detectors=0, defences=1)
         layer = np.array([hd_map.layer(profile.map_spacing_m)], np.int32)
-        view = MapView(hd_map.lanes, hd_map.index, MODES[matching], layer)
+        noise = noise_table([filter_noise(profile, step_s)])
+        self._association = Associating(association, hd_map.roads(layer), noise, step_s)
+        self._lanes = self._association.new_state(1)
+        view = MapView(hd_map.lanes, hd_map.index, self._association.mode, layer)
         self._residuals = Residuals(view, sampling_of([profile], step_s))
         self._pending = Table(Pending)
         self.parts: list[tuple[np.ndarray, ...]] = []
@@ -66,10 +71,12 @@ class _ResidualOnly:
     def grow(self, capacity: int) -> None:
         """Make room for `capacity` track rows."""
         self._answers.grow(capacity)
+        self._lanes.grow(capacity)
         self._pending.grow(capacity)
 
     def reset(self, rows: Ints) -> None:
         """Let `rows` stand for new vehicles."""
+        self._lanes.reset(rows)
         self._pending.reset(rows)
         for row in rows.tolist():
             self._life[row] = self._lives
@@ -89,6 +96,7 @@ class _ResidualOnly:
         watch: Stopwatch,
     ) -> None:
         """Form the residuals and keep what a detector would be given."""
+        self._association.update(self._lanes.now, rows, tracks, vehicles, seen, threads)
         self._residuals.update(number, self._pending.now, rows, tracks, vehicles, seen, threads)
         vehicle = tracks.vehicle[rows]
         self.parts.append(
@@ -105,12 +113,12 @@ class _ResidualOnly:
 
 
 def residual_log(
-    recording: Recording, net_file: Path, network: str, profile: SensorProfile, matching: str, seed: int
+    recording: Recording, net_file: Path, network: str, profile: SensorProfile, association: str, seed: int
 ) -> ResidualLog:
     """Return the residuals that vehicles of one profile would have seen in recorded traffic, without an attack."""
     source = RecordedTraffic(recording)
     hd_map = load_map(net_file, (profile.map_spacing_m,))
-    method = _ResidualOnly(hd_map, profile, matching, source.step_s)
+    method = _ResidualOnly(hd_map, profile, association, source.step_s)
     settings = LoopSettings(
         seed=seed,
         step_s=source.step_s,
@@ -129,7 +137,7 @@ def residual_log(
     return ResidualLog(
         network=network,
         profile=profile.name,
-        matching=matching,
+        association=association,
         step_s=source.step_s,
         scale_m=residual_sigma_m(profile),
         vehicle=vehicle,

@@ -23,7 +23,7 @@ class TrainingProgress(NamedTuple):
     """How far a part of the training is.
 
     Attributes:
-        name: of the part: `traffic` and `models` stand for all of it, ``profile/matching`` for one model.
+        name: of the part: `traffic` and `models` stand for all of it, ``profile/association`` for one model.
         stage: what is being done; `gpsec.core.progress.DONE` once it is over.
         done, total: of the steps of this stage; equal when it is over.
     """

@@ -1,4 +1,4 @@
-"""Training: benign traffic, residuals of every profile and matching, learning, calibration."""
+"""Training: benign traffic, residuals of every profile and association, learning, calibration."""
 
 import tempfile
 from collections.abc import Callable, Sequence
@@ -10,7 +10,7 @@ from gpsec.core.errors import GpsecError, nearest, shown
 from gpsec.core.processes import check_may_start
 from gpsec.core.threads import cores
 from gpsec.detection.logs import ResidualLog
-from gpsec.detection.models import MATCHINGS, ProfileModel, bundled, load_models, save
+from gpsec.detection.models import ProfileModel, bundled, load_models, save
 from gpsec.detection.registry import DETECTORS
 from gpsec.detection.training import SETTLE_S, merged, related, train_one
 from gpsec.scenario.outside import load_parts
@@ -19,6 +19,7 @@ from gpsec.sensors.registry import PROFILES
 from gpsec.traffic.options import resolve_options
 from gpsec.training.collect import record_scenario, recorded_traffic, residual_log
 from gpsec.training.pool import Pool, TrainingProgress, tell_progress
+from gpsec.types.constants import MODELLED
 
 # None of these is among the networks that results are reported on.
 NETWORKS = ("mountain", "suburb", "beltway")
@@ -31,7 +32,7 @@ class Job:
     """One profile and matching.
 
     Attributes:
-        profile, matching: what is trained.
+        profile, association: what is trained.
         seed: of noise and training.
         folder: where the recordings lie, as ``<network>-<seed>.npz``.
         nets: net file of each network.
@@ -41,7 +42,7 @@ class Job:
     """
 
     profile: str
-    matching: str
+    association: str
     seed: int
     folder: Path
     nets: dict[str, Path]
@@ -53,7 +54,7 @@ class Job:
     @property
     def name(self) -> str:
         """Name in the progress display."""
-        return f"{self.profile}/{self.matching}"
+        return f"{self.profile}/{self.association}"
 
 
 @dataclass(frozen=True)
@@ -116,7 +117,7 @@ def train(
         report: called in this process with how far each of them is.
 
     Returns:
-        ``profile/matching`` of the models that were trained.
+        ``profile/association`` of the models that were trained.
 
     Raises:
         GpsecError: there is no such network, profile or detector, a part cannot be loaded, or `out` holds something
@@ -151,13 +152,13 @@ def _train(wanted: Wanted, out: Path, seed: int, pool: Pool) -> list[Job]:
     )
     lasting = (detectors, wanted.parts)
     work = [
-        Job(profile, matching, seed, folder, nets, seeds[0], tuple(seeds[1:]), *lasting)
+        Job(profile, association, seed, folder, nets, seeds[0], tuple(seeds[1:]), *lasting)
         for profile in profiles
-        for matching in MATCHINGS
+        for association in MODELLED
     ]
 
     def keep(place: int, model: ProfileModel) -> None:
-        key = work[place].profile, work[place].matching
+        key = work[place].profile, work[place].association
         models[key] = merged(models.get(key), model)
         save(models, out)
 
@@ -176,7 +177,7 @@ def _former(out: Path, *, whole: bool) -> dict[tuple[str, str], ProfileModel]:
 
 
 def train_job(job: Job) -> ProfileModel:
-    """Sense the recorded traffic with one profile and matching, train and calibrate."""
+    """Sense the recorded traffic with one profile and association, train and calibrate."""
     use(job.parts)
     profile = PROFILES[job.profile]
 
@@ -186,7 +187,7 @@ def train_job(job: Job) -> ProfileModel:
         for done, (network, seed) in enumerate(runs):
             tell_progress(job.name, "sensing", done, len(runs))
             recording = recorded_traffic(job.folder / f"{network}-{seed}.npz", job.nets[network])
-            collected.append(residual_log(recording, job.nets[network], network, profile, job.matching, seed))
+            collected.append(residual_log(recording, job.nets[network], network, profile, job.association, seed))
         return collected
 
     def progress(stage: str, done: int, total: int) -> None:

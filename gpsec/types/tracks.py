@@ -26,6 +26,10 @@ class Tracks(NamedTuple):
         fix_m: (M, 2) GNSS position after the attack.
         fix_valid: (M,) there is one in this step.
         deviation_m: (M,) cross-track error of the undefended estimate after the last step, kept while attacked.
+        lane: (M,) lane that the vehicle believes to be on, -1 where it has no idea yet.
+        lane_known: (M,) no other lane is nearly as likely; otherwise nothing is compared with the map.
+        unmatched: (M,) the camera sees a lane in this step, and no lane of the map that the vehicle may be on explains
+            it, or the fix that it is compared with lies beside none of them.
         segment: (M,) map segment (of the vehicle's map) that the fix was matched to, -1 before.
         residual_m: (M,) camera offset minus map-matched offset of the paired fix; 0 where not valid.
         residual_valid: (M,) a residual was formed in this step.
@@ -41,6 +45,9 @@ class Tracks(NamedTuple):
     fix_m: Floats = blank(0.0, 2)
     fix_valid: Flags = blank(False)
     deviation_m: Floats = blank(0.0)
+    lane: Ints = blank(-1)
+    lane_known: Flags = blank(False)
+    unmatched: Flags = blank(False)
     segment: Ints = blank(-1)
     residual_m: Floats = blank(0.0)
     residual_valid: Flags = blank(False)

@@ -46,13 +46,20 @@ class Vehicles(NamedTuple):
         lane: (N,) index of the lane of the front, as SUMO says.
         segment: (N,) map segment of the rear axle on the true geometry, -1 before the first match.
         against: (N,) that lane leads the other way: the vehicle overtakes on an oncoming lane, or is turning round.
-            Then offset, direction and curvature are those of the vehicle's way, and nothing is scored.
+            Then offsets, directions and curvature are those of the vehicle's way, and nothing is scored.
         lane_offset_m: (N,) of the rear axle from the lane's centre, across the lane, left positive.
         lane_yaw_rad: (N,) direction of the lane there.
-        curvature_per_m: (N,) of the lane there, left positive.
         lane_width_m: (N,) there.
-        marked: (N,) front and rear axle are both on lanes with markings (not inside a junction) that lead the vehicle's
-            way.
+        followed: (N,) lane that the camera follows, -1 before the first step: that under the rear axle, where SUMO's is
+            already the next one. `followed_segment` is the segment of the rear axle on its chain.
+        late_steps: (N,) steps since the rear axle left that lane.
+        mistaken_steps: (N,) steps for which the camera goes on to show the lane beside it: the left one, where
+            negative the right one.
+        camera_lane: (N,) lane that the camera shows.
+        camera_offset_m, camera_yaw_rad, camera_curvature_per_m: (N,) offset from that lane, its direction, and its
+            curvature, left positive.
+        marked: (N,) that lane is to be seen: front and rear axle are both on lanes with markings (not inside a
+            junction) that lead the vehicle's way, and the lines are not too near for the camera.
     """
 
     key: Keys = blank(np.uint64(0))
@@ -72,8 +79,15 @@ class Vehicles(NamedTuple):
     against: Flags = blank(False)
     lane_offset_m: Floats = blank(0.0)
     lane_yaw_rad: Floats = blank(0.0)
-    curvature_per_m: Floats = blank(0.0)
     lane_width_m: Floats = blank(0.0)
+    followed: Ints = blank(-1)
+    followed_segment: Ints = blank(-1)
+    late_steps: Ints = blank(0)
+    mistaken_steps: Ints = blank(0)
+    camera_lane: Ints = blank(-1)
+    camera_offset_m: Floats = blank(0.0)
+    camera_yaw_rad: Floats = blank(0.0)
+    camera_curvature_per_m: Floats = blank(0.0)
     marked: Flags = blank(False)
 
 

@@ -18,6 +18,7 @@ def observe(residual_m, valid=True, elapsed_steps=1):
         curvature_per_m=0.0 * one,
         camera_sigma_m=0.05 * one,
         step_s=0.1,
+        unmatched=np.zeros(1, np.bool_),
     )
 
 

@@ -31,7 +31,7 @@ class Ride:
     def __init__(self, road: HDMap, step_s: float, fix_hz: float = 10.0, camera_hz: float = 10.0) -> None:
         self.step_s, self.step = step_s, -1
         self.vehicles, self.seen, self.tracks = Table(Vehicles, 1).now, Table(Measurements, 1).now, Table(Tracks, 1).now
-        self.vehicles.lane[:] = road.lane_index["ab_0"]
+        self.tracks.lane[:], self.tracks.lane_known[:] = road.lane_index["ab_0"], True
         self.tracks.vehicle[:] = 0
         view = MapView(road.lanes, road.index, TRACKED, np.zeros(1, np.int32))
         self.residuals = Residuals(view, Sampling.of(step_s, [fix_hz], [camera_hz]))

@@ -13,9 +13,10 @@ from gpsec.core.threads import Threads
 from gpsec.detection.pairing import Pending, Sampling
 from gpsec.detection.residual import Residuals
 from gpsec.hdmap.arrays import MapView
+from gpsec.hdmap.locating import locate
 from gpsec.hdmap.map import HDMap, compile_map
-from gpsec.hdmap.matching import locate
-from gpsec.hdmap.search import MIN_COS, MODES, NEAREST, TRACKED
+from gpsec.hdmap.search import MIN_COS, NEAREST, TRACKED
+from gpsec.types.camera import NO_MISTAKES
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Measurements, Vehicles
 
@@ -102,7 +103,7 @@ class Brute:
         share = shapely.line_locate_point(self.closed[every], point) / lanes.length_m[every]
         yaw = lanes.yaw0_rad[every] + share * lanes.turn_rad[every]
         distance = shapely.distance(self.closed[every], point)
-        return float(np.where(abs(np.cos(heading - yaw)) >= MIN_COS, distance, np.inf).min())
+        return float(np.where(np.cos(heading - yaw) >= MIN_COS, distance, np.inf).min())
 
 
 @pytest.fixture(scope="module")
@@ -164,7 +165,7 @@ def test_nearest_is_the_nearest_of_all_lanes_within_the_gate(hd_map, brute, plac
 def residual(hd_map, mode, lane, x, y, heading, layer, hint, c0=0.0) -> tuple[int, float, bool]:
     """Segment, residual and whether there is one, of one fix."""
     vehicles, seen, tracks = Table(Vehicles, 1).now, Table(Measurements, 1).now, Table(Tracks, 1).now
-    vehicles.lane[:] = hd_map.lane_index[lane]
+    tracks.lane[:], tracks.lane_known[:] = hd_map.lane_index[lane], True
     tracks.vehicle[:] = 0
     tracks.fix_m[:], tracks.fix_valid[:], tracks.segment[:] = (x, y), True, hint
     seen.heading_rad[:], seen.camera_valid[:], seen.lane_poly[:, 0] = heading, True, c0
@@ -190,7 +191,7 @@ def test_a_hint_never_changes_the_result(hd_map, place, hints):
         assert residual(hd_map, TRACKED, lane, x, y, heading, layer, hint) == expected
 
 
-@pytest.mark.parametrize("mode", MODES.values())
+@pytest.mark.parametrize("mode", [TRACKED, NEAREST])
 @pytest.mark.parametrize("offset", [-1.2, -0.3, 0.0, 0.4, 1.5])
 def test_left_of_the_lane_is_positive(two_way, mode, offset):
     assert match(two_way, mode, "ab_1", 90.0, -1.6 + offset, 0.0)[1] == pytest.approx(offset)
@@ -203,7 +204,7 @@ def test_offset_is_stretched_by_the_cosine_of_eq_6(two_way, degrees):
     assert offset == pytest.approx(0.5 / cos(radians(degrees)))
 
 
-@pytest.mark.parametrize("mode", MODES.values())
+@pytest.mark.parametrize("mode", [TRACKED, NEAREST])
 @pytest.mark.parametrize(("degrees", "matched"), [(59.9, True), (60.1, False), (-60.1, False), (119.9, False)])
 def test_no_match_beyond_60_degrees(two_way, mode, degrees, matched):
     segment, offset = match(two_way, mode, "ab_1", 90.0, -1.1, radians(degrees))
@@ -211,11 +212,11 @@ def test_no_match_beyond_60_degrees(two_way, mode, degrees, matched):
     assert (offset != 0.0) == matched
 
 
-def test_against_an_oncoming_lane_left_stays_the_vehicles_left(two_way):
-    # Eastbound at y = 1.9: 0.3 m north of the centre of the westbound lane, which is to the vehicle's left.
+def test_an_oncoming_lane_is_not_the_nearest_one(two_way):
+    # Eastbound at y = 1.9: 0.3 m north of the centre of the westbound lane, 3.5 m north of that of the inner own lane.
     segment, offset = match(two_way, NEAREST, "ab_1", 90.0, 1.9, 0.0)
-    assert two_way.lane_ids[two_way.lanes.lane[segment]] == "ba_0"
-    assert offset == pytest.approx(0.3)
+    assert two_way.lane_ids[two_way.lanes.lane[segment]] == "ab_1"
+    assert offset == pytest.approx(3.5)
 
 
 def test_aliasing_of_the_nearest_lane(wide):
@@ -240,20 +241,22 @@ def test_residual_of_a_known_bias_to_the_left_is_minus_the_bias(wide, bias, true
     assert z == pytest.approx(-bias)
 
 
-def test_no_residual_without_fix_or_camera_or_match(wide):
-    vehicles, seen, tracks = Table(Vehicles, 4).now, Table(Measurements, 4).now, Table(Tracks, 4).now
-    vehicles.lane[:] = wide.lane_index["ab_1"]
-    tracks.vehicle[:] = np.arange(4)
+def test_no_residual_without_fix_or_camera_or_match_or_where_the_lane_is_unknown(wide):
+    vehicles, seen, tracks = Table(Vehicles, 5).now, Table(Measurements, 5).now, Table(Tracks, 5).now
+    tracks.lane[:], tracks.lane_known[:] = wide.lane_index["ab_1"], [True, True, True, True, False]
+    tracks.vehicle[:] = np.arange(5)
     tracks.fix_m[:] = 500.0, -4.0
-    tracks.fix_valid[:] = [True, False, True, True]
+    tracks.fix_valid[:] = [True, False, True, True, True]
     tracks.segment[:] = 1
     tracks.residual_m[:] = 9.0
     tracks.residual_valid[:] = True
-    seen.camera_valid[:] = [True, True, False, True]
+    seen.camera_valid[:] = [True, True, False, True, True]
     seen.heading_rad[3] = radians(70.0)
-    run(wide, TRACKED, np.zeros(1, np.int32), vehicles, seen, tracks, np.arange(4, dtype=np.int32))
-    assert tracks.residual_valid.tolist() == [True, False, False, False]
-    assert tracks.residual_m == pytest.approx([-0.8, 0.0, 0.0, 0.0])
+    run(wide, TRACKED, np.zeros(1, np.int32), vehicles, seen, tracks, np.arange(5, dtype=np.int32))
+    assert tracks.residual_valid.tolist() == [True, False, False, False, False]
+    assert tracks.residual_m == pytest.approx([-0.8, 0.0, 0.0, 0.0, 0.0])
+    # A lane that is seen, and a fix that lies on none of the vehicle's way, are evidence.
+    assert tracks.unmatched.tolist() == [False, False, False, True, False]
 
 
 @pytest.mark.parametrize("beyond", [-30.0, -4.0, -0.1, 200.1, 204.0, 260.0])
@@ -301,7 +304,7 @@ def test_a_sparse_map_of_a_curve_misses_by_the_chord_error(plain_net, left, radi
 def place(hd_map, vehicles) -> None:
     """Place every row of `vehicles` on the true lanes."""
     rows = np.arange(len(vehicles.lane), dtype=np.int32)
-    locate(rows, hd_map.lanes, hd_map.index, hd_map.sides, vehicles)
+    locate(rows, 0, 0.1, hd_map.roads(np.zeros(1, np.int32)), NO_MISTAKES, vehicles)
 
 
 @pytest.mark.parametrize("left", [True, False])
@@ -318,7 +321,7 @@ def test_truth_on_a_circle(plain_net, left):
     place(circle, vehicles)
     assert vehicles.lane_offset_m == pytest.approx(offset, abs=1e-4)
     assert vehicles.lane_yaw_rad == pytest.approx(side * angle, abs=1e-4)
-    assert vehicles.curvature_per_m == pytest.approx(np.full(12, side / radius), rel=1e-3)
+    assert vehicles.camera_curvature_per_m == pytest.approx(np.full(12, side / radius), rel=1e-3)
     assert vehicles.lane_width_m.tolist() == [3.2] * 12
     assert vehicles.marked.all()
 
@@ -340,12 +343,13 @@ def test_rows_do_not_depend_on_each_other(hd_map):
     for row in range(count):
         place = rng.integers(10**6), rng.uniform(0.0, 1.0), rng.normal(), 0.0, 0
         lane, *tracks.fix_m[row], seen.heading_rad[row], _ = put(hd_map, place)
-        vehicles.lane[row] = hd_map.lane_index[lane]
+        tracks.lane[row] = hd_map.lane_index[lane]
+    tracks.lane_known[:] = True
     vehicles.profile[:] = rng.integers(0, 2, count)
     tracks.vehicle[:] = np.arange(count)
     tracks.fix_valid[:] = seen.camera_valid[:] = True
     layer = np.array([1, 2], np.int32)
-    for mode in MODES.values():
+    for mode in [TRACKED, NEAREST]:
         tracks.residual_m[:] = 0.0
         run(hd_map, mode, layer, vehicles, seen, tracks, np.arange(count, dtype=np.int32))
         together = tracks.residual_m.copy()

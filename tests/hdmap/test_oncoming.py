@@ -96,5 +96,5 @@ def test_the_bend_of_an_oncoming_lane_is_to_the_other_side(plain_net):
     vehicles.yaw_rad[:] = 0.5, 0.5 + pi
     place(bent, vehicles)
     assert vehicles.against.tolist() == [False, True]
-    assert vehicles.curvature_per_m == pytest.approx([1.0 / 40.0, -1.0 / 40.0], rel=1e-2)
+    assert vehicles.camera_curvature_per_m == pytest.approx([1.0 / 40.0, -1.0 / 40.0], rel=1e-2)
     assert vehicles.lane_offset_m == pytest.approx([1.0, -1.0], abs=2e-3)  # chords of 0.7 m

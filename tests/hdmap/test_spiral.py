@@ -48,7 +48,7 @@ def test_curvature_and_direction_grow_along_a_segment(spiral, against):
     place(hd_map, vehicles)
     assert (vehicles.against == against).all()
     # The ends of a segment differ by 0.002 per metre; chords of 4 m account for less than a tenth of that.
-    assert vehicles.curvature_per_m == pytest.approx(way * curvature, abs=2e-4)
+    assert vehicles.camera_curvature_per_m == pytest.approx(way * curvature, abs=2e-4)
     turned = vehicles.lane_yaw_rad - vehicles.yaw_rad
     assert np.abs(np.sin(turned)).max() < 3e-3
     assert np.cos(turned).min() > 0.0

@@ -94,7 +94,8 @@ def correct(
     branches = Table(Branches, states=5, snapshots=0, triangle=15).now
     tracks, vehicles, seen = Table(Tracks).now, Table(Vehicles).now, Table(Measurements).now
     branches.mean[0], branches.covariance[0], branches.segment[:] = mean, P, hint
-    branches.track[:] = tracks.vehicle[:] = vehicles.lane[:] = 0
+    branches.track[:] = tracks.vehicle[:] = tracks.lane[:] = 0
+    tracks.lane_known[:] = True
     seen.lane_poly[0, 0], seen.camera_sigma_m[:], seen.camera_valid[:] = -offset_m, SIGMA_M, True
     CameraUkf().correct(np.zeros(1, np.int32), branches, tracks, vehicles, seen, world)
     mean[:], P[:] = branches.mean[0], branches.covariance[0]

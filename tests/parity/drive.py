@@ -62,10 +62,12 @@ class Drive:
     ground: Ground
     recording: Recording
 
-    def matched(self, mode: int) -> "Drive":
-        """The same traffic, for vehicles that match in another way."""
-        world = self.ground.world
-        return replace(self, ground=replace(self.ground, world=world._replace(hd_map=world.hd_map._replace(mode=mode))))
+    def associated(self, kind: str) -> "Drive":
+        """The same traffic, for vehicles that know their lane in another way."""
+        ground = self.ground
+        association = replace(ground.association, kind=kind)
+        world = ground.world._replace(hd_map=ground.world.hd_map._replace(mode=association.mode))
+        return replace(self, ground=replace(ground, world=world, association=association))
 
     def few(self, vehicles: int) -> Iterator[Frame]:
         """Yield the recorded frames as if only the first vehicles to depart were equipped."""

@@ -52,8 +52,8 @@ class SideBySide:
         ground = drive.ground
         self.detection = detection_for(ground.choice.profiles, ground.options.step_s)
         localization = localization_for(ground, self.detection)
-        self.batched = BatchedMethod(ground.world, self.detection, localization)
-        self.reference = ReferenceMethod(ground.hd_map, ground.world, self.detection, localization)
+        self.batched = BatchedMethod(ground.world, ground.association, self.detection, localization)
+        self.reference = ReferenceMethod(ground.hd_map, ground.world, ground.association, self.detection, localization)
         self.answers = self.batched.answers
         self.found = Comparison()
         self._responses = [response.name for response in localization.responses]
@@ -87,10 +87,13 @@ class SideBySide:
         self.reference.step(number, rows, tracks, vehicles, seen, threads, watch)
         residual, valid = tracks.residual_m[rows].copy(), tracks.residual_valid[rows].copy()
         paired = tracks.paired_m[rows][valid]
+        lanes = [one[rows].copy() for one in (tracks.lane, tracks.lane_known, tracks.unmatched)]
         self.batched.step(number, rows, tracks, vehicles, seen, threads, watch)
         found = self.found
         found.close("residual", residual, tracks.residual_m[rows])
         found.same("residual valid", valid, tracks.residual_valid[rows])
+        for name, one in zip(("lane", "lane_known", "unmatched"), lanes, strict=True):
+            found.same(name, one, getattr(tracks, name)[rows])
         self._compare_detectors(rows)
         for row in rows.tolist():
             self._compare_filters(row)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from gpsec.hdmap.search import NEAREST, TRACKED
+from gpsec.types.constants import ASSOCIATIONS
 
 from .drive import Drive, drive_through
 from .side_by_side import SideBySide
@@ -13,10 +13,10 @@ TOLERANCE = 1e-9
 FLOAT32_TOLERANCE = 1e-5
 
 
-@pytest.mark.parametrize("mode", [TRACKED, NEAREST])
-def test_both_engines_agree_after_every_step(drive: Drive, mode: int):
-    method = SideBySide(drive.matched(mode))
-    drive_through(drive.matched(mode), 3, method)
+@pytest.mark.parametrize("kind", ASSOCIATIONS)
+def test_both_engines_agree_after_every_step(drive: Drive, kind: str):
+    method = SideBySide(drive.associated(kind))
+    drive_through(drive.associated(kind), 3, method)
     found = method.found
     assert max(found.worst.pop(name) for name in ("lstm", "lstm_glr", "lstm_cusum")) < FLOAT32_TOLERANCE
     assert {quantity: worst for quantity, worst in found.worst.items() if not worst < TOLERANCE} == {}
@@ -33,7 +33,7 @@ def test_both_engines_agree_after_every_step(drive: Drive, mode: int):
     assert found.seen["lane correction"] > 1000
     assert min(found.seen["rollback"], found.seen["lane rollback"]) > 5
     assert found.seen["in a junction"] > 20
-    assert mode == TRACKED or found.seen["on another lane"] > 100
+    assert kind != "nearest" or found.seen["on another lane"] > 100
     assert found.seen["repair"] == 0
 
 

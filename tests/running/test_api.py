@@ -52,10 +52,10 @@ def test_a_plain_script_makes_the_tables_of_the_command_line(here: Path) -> None
 def test_keywords_are_keys_of_the_scenario() -> None:
     read = gpsec.read_scenario("slow_curve", seed=2, fleet={"profile": {"dsd": 0.5, "carla": 0.5}}, threads=2)
     assert (read.seed, read.threads, read.fleet.profile) == (2, 2, {"dsd": 0.5, "carla": 0.5})
-    assert read.fleet.matching == "tracked"
+    assert read.fleet.association == "tracked"
     assert gpsec.read_scenario(read) is read
-    again = gpsec.read_scenario(read, **{"fleet.matching": "nearest"}, plans={"drift": {"rate_mps": 0.3}}, seed=5)
-    assert (again.seed, again.fleet.matching, again.fleet.profile) == (5, "nearest", read.fleet.profile)
+    again = gpsec.read_scenario(read, **{"fleet.association": "nearest"}, plans={"drift": {"rate_mps": 0.3}}, seed=5)
+    assert (again.seed, again.fleet.association, again.fleet.profile) == (5, "nearest", read.fleet.profile)
     rates = {plan.name: getattr(plan.parameters, "rate_mps", None) for plan in again.plans}
     assert rates["drift"] == 0.3
     assert len(again.plans) == len(read.plans)

@@ -98,7 +98,7 @@ def test_camera_sees_no_lane_without_markings():
 def test_camera_sees_no_lane_across_its_view():
     drive = Drive((profile(),), 4)
     drive.vehicles.yaw_rad[:] = 3.0
-    drive.vehicles.lane_yaw_rad[:] = 3.0 + np.radians([59.0, 61.0, -61.0, 180.0])
+    drive.vehicles.camera_yaw_rad[:] = 3.0 + np.radians([59.0, 61.0, -61.0, 180.0])
     np.testing.assert_array_equal(drive.sense().camera_valid, [True, False, False, False])
 
 
@@ -106,16 +106,16 @@ def test_camera_gives_up_where_its_sigma_passes_the_limit():
     drive = Drive((profile(camera={"white_m": 0.1, "trust_limit_m": 0.2, "field_of_view_deg": 60.0}),), 2)
     # σ doubles when a quarter of the 50 m is in view: at a curvature of 2·30°/12.5 m.
     limit = radians(60.0) / 12.5
-    drive.vehicles.curvature_per_m[:] = [limit * 0.999, limit * 1.001]
+    drive.vehicles.camera_curvature_per_m[:] = [limit * 0.999, limit * 1.001]
     np.testing.assert_array_equal(drive.sense().camera_valid, [True, False])
     assert drive.measurements.camera_sigma_m[0] == pytest.approx(0.2, rel=1e-3)
 
 
 def test_camera_measures_the_lane_under_the_true_pose():
     drive = Drive((profile(gnss={"bias_m": 5.0}),))
-    drive.vehicles.lane_offset_m[:] = 0.3
-    drive.vehicles.lane_yaw_rad[:] = 0.1
-    drive.vehicles.curvature_per_m[:] = 0.02
+    drive.vehicles.camera_offset_m[:] = 0.3
+    drive.vehicles.camera_yaw_rad[:] = 0.1
+    drive.vehicles.camera_curvature_per_m[:] = 0.02
     poly = drive.sense().lane_poly[0]
     c, t = np.cos(0.1), np.tan(0.1)
     np.testing.assert_allclose(poly, [-0.3 / c, t, 0.01 / c**3, 0.0002 * t / c**4], rtol=1e-12)

@@ -26,8 +26,8 @@ def test_perfect_odometry_aligns_a_late_fix_and_lane_exactly():
     yaw = drive.vehicles.yaw_rad[0]
     assert measured.heading_rad[0] == pytest.approx(yaw - 2.0 * pi, abs=1e-12)
     drive.move(20.0, 0.3)
-    drive.vehicles.lane_yaw_rad[:] = drive.vehicles.yaw_rad + 0.05
-    drive.vehicles.lane_offset_m[:] = 0.4
+    drive.vehicles.camera_yaw_rad[:] = drive.vehicles.yaw_rad + 0.05
+    drive.vehicles.camera_offset_m[:] = 0.4
     poly = drive.sense().lane_poly[0]
     np.testing.assert_allclose(poly, [-0.4 / np.cos(0.05), np.tan(0.05), 0.0, 0.0], atol=1e-12)
 
@@ -35,7 +35,7 @@ def test_perfect_odometry_aligns_a_late_fix_and_lane_exactly():
 def test_a_scale_error_of_the_odometer_stretches_what_was_driven_meanwhile():
     drive = Drive((profile(**LATE, odometer={"scale_ratio": 0.01}),), 5)
     drive.vehicles.yaw_rad[:] = pi / 2.0
-    drive.vehicles.lane_yaw_rad[:] = pi / 2.0 + 0.1
+    drive.vehicles.camera_yaw_rad[:] = pi / 2.0 + 0.1
     measured = drive_on(drive, 20.0, 0.0)
     ahead = 20.0 * 0.25 * drive.state.now.odometer_scale
     assert np.abs(ahead).max() > 0.01

@@ -64,7 +64,7 @@ def test_camera_offset(kind):
 
 def test_camera_states_its_true_sigma_in_a_bend():
     drive = Drive((profile(camera={"white_m": 0.06, "bias_m": 0.03, "mount_m": 0.04}),), N)
-    drive.vehicles.curvature_per_m[:] = 1.0 / 12.0
+    drive.vehicles.camera_curvature_per_m[:] = 1.0 / 12.0
     poly = drive.sense().lane_poly
     stated = drive.measurements.camera_sigma_m
     assert np.ptp(stated) == 0.0

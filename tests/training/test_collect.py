@@ -39,8 +39,8 @@ def recordings(net, tmp_path_factory) -> list[Path]:
     return files
 
 
-def log(recordings, net, profile="carla", matching="tracked", seed=3) -> ResidualLog:
-    return residual_log(recorded_traffic(recordings[0], net), net, "road", PROFILES[profile], matching, seed)
+def log(recordings, net, profile="carla", association="tracked", seed=3) -> ResidualLog:
+    return residual_log(recorded_traffic(recordings[0], net), net, "road", PROFILES[profile], association, seed)
 
 
 def columns(one: ResidualLog) -> list[bytes]:
@@ -69,7 +69,7 @@ def test_on_a_straight_road_the_residual_is_as_large_as_the_profile_promises(rec
 
 def test_log_is_what_training_reads(recordings, net):
     found = log(recordings, net)
-    assert (found.network, found.profile, found.matching, found.step_s) == ("road", "carla", "tracked", 0.1)
+    assert (found.network, found.profile, found.association, found.step_s) == ("road", "carla", "tracked", 0.1)
     order = np.lexsort((found.step, found.vehicle))
     assert order.tolist() == list(range(len(order)))
     assert len(np.unique(np.stack([found.vehicle, found.step]), axis=1).T) == len(found.step)
@@ -86,9 +86,9 @@ def test_log_is_deterministic_and_the_seed_counts(recordings, net):
     assert not np.array_equal(other.residual_m, log(recordings, net).residual_m)
 
 
-def test_nearest_matching_folds_what_tracked_matching_sees(recordings, net):
-    """With an error of metres, nearest matching often takes the next lane: residuals stay within half a lane."""
-    tracked, nearest = (log(recordings, net, "consumer", matching) for matching in ("tracked", "nearest"))
+def test_the_nearest_lane_folds_what_the_oracle_sees(recordings, net):
+    """With an error of metres, the next lane is often the nearest: residuals stay within half a lane."""
+    tracked, nearest = (log(recordings, net, "consumer", association) for association in ("oracle", "nearest"))
     assert abs(tracked.residual_m).max() > 4.0
     # On the lanes between others; outside the road there is nothing to fold into.
     assert np.percentile(abs(nearest.residual_m), 90) < np.percentile(abs(tracked.residual_m), 90)
