@@ -120,7 +120,19 @@ BAD_TOML = {
         "[detection]\ndetectors = ['cusum', 'cusum']",
         ["detection.detectors", "'cusum' is listed twice"],
     ),
-    "unknown rate": ("[detection]\nfalse_alarm_rate = '1e-3/smple'", ["detection.false_alarm_rate", "'1e-3/sample'"]),
+    "unknown rate": ("[detection]\nrates = ['1e-3/smple']", ["detection.rates", "1e-3/sample", "by the model"]),
+    "former rate": (
+        "[detection]\nfalse_alarm_rate = '0.1/h'",
+        ["detection.false_alarm_rate", "`rate` of each defence"],
+    ),
+    "rate between": (
+        "[[defences]]\ndetector = 'lstm'\nresponse = 'ukf'\nrate = '0.2/h'",
+        ["defences.0.rate", "the nearest is '0.1/h'", "by the model of extreme values: 0.01/h, 1e-3/h"],
+    ),
+    "rate of told": (
+        "[[defences]]\ndetector = 'told'\nresponse = 'ukf'\nrate = '1/h'",
+        ["defences.0", "'told' has no calibrated threshold"],
+    ),
     "former name of told": (
         "[[defences]]\ndetector = 'oracle'\nresponse = 'ukf'",
         ["defences.0.detector", "'oracle' is called 'told' now"],

@@ -185,7 +185,7 @@ def test_what_changes_tables_changes_the_fingerprint(here: Path) -> None:
     assert of("detection.models=moved") == own != of()
     (here / "moved" / "thresholds.json").write_text("{ }")
     assert of("detection.models=moved") != own
-    assert of("detection.false_alarm_rate=1e-4/sample") != of()
+    assert of("detection.rates=['0.1/h', '1e-4/sample']") != of()
     (here / "one" / "gpsec.toml").write_text(f'sumocfg = "{ROOT}/scenarios/town/town.sumocfg"\n')
     town = of()
     (here / "one" / "gpsec.toml").write_text(f'sumocfg = "{ROOT}/scenarios/slow_curve/slow_curve.sumocfg"\n')

@@ -119,14 +119,14 @@ def test_set_takes_toml_values_and_bare_words(folder: Path) -> None:
         "fleet.association=nearest",
         "traffic.lateral_resolution_m=0.4",
         "detection.detectors=['cusum', 'lstm_glr']",
-        "detection.false_alarm_rate=1e-4/sample",
+        "detection.rates=['1e-4/sample']",
         "log_steps=true",
         "duration_s=12.5",
     )
     assert scenario.fleet.profile == {"dsd": 0.25, "carla": 0.75}
     assert (scenario.fleet.association, scenario.traffic.lateral_resolution_m) == ("nearest", 0.4)
     assert scenario.detection.detectors == ("cusum", "lstm_glr")
-    assert scenario.detection.false_alarm_rate == "1e-4/sample"
+    assert scenario.detection.rates == ("1e-4/sample",)
     assert (scenario.log_steps, scenario.duration_s) == (True, 12.5)
 
 

@@ -145,12 +145,12 @@ def alarm_levels_m() -> dict[str, float]:
     The statistic is the mean of (z/σ)², so a residual that does not change raises one from σ·√threshold on.
     """
     from gpsec.detection.models import thresholds_for
-    from gpsec.scenario.choices import DEFAULT_RATE
     from gpsec.sensors.profiles import residual_sigma_m
     from gpsec.sensors.registry import PROFILES
+    from gpsec.types.points import PER_SAMPLE
 
     names = list(PROFILES)
-    thresholds = thresholds_for(["chi_square"], names, "tracked", DEFAULT_RATE)[:, 0]
+    thresholds = thresholds_for([("chi_square", PER_SAMPLE)], names, "tracked")[:, 0]
     return {
         name: residual_sigma_m(PROFILES[name]) * sqrt(threshold)
         for name, threshold in zip(names, thresholds, strict=True)

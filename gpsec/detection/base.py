@@ -42,9 +42,15 @@ class Observation(NamedTuple):
 
 
 class Detector(ABC):
-    """Frozen hyper-parameters and learned values; what changes is in its state and in the answers."""
+    """Frozen hyper-parameters and learned values; what changes is in its state and in the answers.
+
+    Attributes:
+        heeds_alarm: the state after a step depends on the alarm, or on the threshold. Until its first alarm since a
+            fresh row or a gap, it must depend on neither: only then can operating points share it.
+    """
 
     name: ClassVar[str]
+    heeds_alarm: ClassVar[bool] = True
 
     @abstractmethod
     def new_state(self, capacity: int) -> Table[Any]:
@@ -82,8 +88,8 @@ class Detection:
     """The detectors of a run, with what they need of its profiles.
 
     Attributes:
-        names: of the K detectors.
-        detectors: themselves.
+        names: of the K operating points, those of one detector side by side.
+        detectors: that of each point; points of one detector have the same object.
         thresholds: (profiles, K).
         scale_m: (profiles,) standard deviation of the residual that each profile promises.
         sampling: how old samples may be of which a residual is formed.

@@ -19,6 +19,7 @@ class Never(Detector):
     """Never raises an alarm."""
 
     name: ClassVar[str] = "never"
+    heeds_alarm: ClassVar[bool] = False
 
     def new_state(self, capacity: int) -> Table[NeverState]:
         """Return a table that remembers nothing."""

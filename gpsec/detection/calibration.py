@@ -2,10 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import log
 
 import numpy as np
 
 from gpsec.core.arrays import Flags, Floats
+from gpsec.core.errors import nearest
 from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
 from gpsec.detection.base import Detector
@@ -16,10 +18,17 @@ from gpsec.types.answers import Answers
 
 @dataclass(frozen=True)
 class Rate:
-    """A false-alarm rate: alarmed samples per scored sample, or alarms that begin per vehicle-hour."""
+    """A false-alarm rate: alarmed samples per scored sample, or alarms that begin per vehicle-hour.
+
+    Attributes:
+        value: of the rate.
+        per_hour: it is one per vehicle-hour.
+        model: too rare to be counted; a model of extreme values (`detection.extremes`) gives the threshold.
+    """
 
     value: float
     per_hour: bool
+    model: bool = False
 
 
 RATES = {
@@ -27,7 +36,27 @@ RATES = {
     "1e-4/sample": Rate(1e-4, False),
     "1/h": Rate(1.0, True),
     "0.1/h": Rate(0.1, True),
+    "0.01/h": Rate(0.01, True, model=True),
+    "1e-3/h": Rate(1e-3, True, model=True),
 }
+
+
+def nearest_rates(asked: str, known: Sequence[str] = tuple(RATES)) -> str:
+    """Return a hint at the rates that there are: the nearest one to `asked`, and those of the model."""
+    number, _, unit = asked.partition("/")
+    try:
+        value = abs(float(number))
+    except ValueError:
+        value = 0.0
+    alike = [name for name in known if value > 0.0 and name.partition("/")[2] == unit]
+    modelled = [name for name in known if RATES[name].model]
+    more = f"; by the model of extreme values: {', '.join(modelled)}" if modelled else ""
+    if not alike:
+        return f"{nearest(asked, known)}{more}" if known else "none is calibrated"
+    best = min(alike, key=lambda name: abs(log(RATES[name].value / value)))
+    return f"the nearest is '{best}' (calibrated: {', '.join(known)}{more})"
+
+
 # A rate is only calibrated where at least so many false alarms (or alarmed samples) are expected in the data.
 MIN_EVENTS = 10.0
 # The achieved rate may differ from the asked one by this share; few events allow no better.
@@ -123,7 +152,7 @@ def calibrate(
     for done, (name, rate) in enumerate(RATES.items()):
         progress(f"calibrating {detector.name}", 1 + done, 1 + len(RATES))
         answer[name] = None
-        if opened.expected(rate) < MIN_EVENTS:
+        if rate.model or opened.expected(rate) < MIN_EVENTS:
             continue
         search = _Search.start(rate, values, opened)
         for _ in range(MAX_ROUNDS):

@@ -46,6 +46,7 @@ class ChiSquare(KernelDetector):
     """
 
     name: ClassVar[str] = "chi_square"
+    heeds_alarm: ClassVar[bool] = False
     kernel = each_residual(_forget, _score)
     window: int = 2
 

@@ -109,6 +109,7 @@ class IsolationForest(KernelDetector):
     """
 
     name: ClassVar[str] = "isolation_forest"
+    heeds_alarm: ClassVar[bool] = False
     kernel = each_block(TREE_BLOCK, _workspace, _evaluate, _forget, _score, _remember)
     learned: tuple[Learned, ...]
 

@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 
 from gpsec.core.arrays import Floats
-from gpsec.core.errors import GpsecError, nearest, shown
+from gpsec.core.errors import GpsecError, shown
 from gpsec.core.npz import DamagedError, read_npz
 from gpsec.core.version import __version__
 from gpsec.detection.base import Detector, LabelledDetector
-from gpsec.detection.calibration import Calibrated
+from gpsec.detection.calibration import Calibrated, nearest_rates
 from gpsec.detection.learned import Learned
 from gpsec.detection.registry import DETECTORS
 from gpsec.types.constants import MODELLED
@@ -136,33 +136,30 @@ def build_detectors(
 
 
 def thresholds_for(
-    names: Sequence[str], profiles: Sequence[str], association: str, rate: str, models: Models | None = None
+    points: Sequence[tuple[str, str]], profiles: Sequence[str], association: str, models: Models | None = None
 ) -> Floats:
-    """Return (P, K) thresholds of the detectors `names` for each profile at a false-alarm rate such as "1e-3/sample".
+    """Return (P, K) thresholds for each profile of `points`: a detector with a false-alarm rate such as "0.1/h".
 
     Raises:
         GpsecError: an unknown name or rate, or one that the calibration data could not tell.
     """
-    table = np.empty((len(profiles), len(names)))
+    table = np.empty((len(profiles), len(points)))
     for p, profile in enumerate(profiles):
-        for k, name in enumerate(names):
+        for k, (name, rate) in enumerate(points):
             fixed = DETECTORS[name].threshold
             table[p, k] = _threshold(_of(models, profile, association), profile, rate, name) if fixed is None else fixed
     return table
 
 
 def _threshold(model: ProfileModel, profile: str, rate: str, name: str) -> float:
-    if rate not in model.thresholds:
-        raise GpsecError(f"unknown false-alarm rate '{shown(rate)}': {nearest(rate, model.thresholds)}")
-    by_detector = model.thresholds[rate]
-    if name not in by_detector:
+    if not any(name in row for row in model.thresholds.values()):
         raise GpsecError(f"thresholds of profile '{profile}': no {name}; {_RETRAIN}")
-    found = by_detector[name]
+    found = model.thresholds.get(rate, {}).get(name)
     if found is None:
         known = [r for r, row in model.thresholds.items() if row.get(name) is not None]
         raise GpsecError(
             f"false-alarm rate '{shown(rate)}' of {name}, profile '{profile}': there was too little benign data to"
-            f" calibrate it; calibrated: {', '.join(known) or 'none'}"
+            f" calibrate it: {nearest_rates(rate, known)}; 'gpsec calibrate' has more"
         )
     return found.threshold
 

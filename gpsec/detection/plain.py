@@ -35,6 +35,7 @@ class WindowDetector(Detector):
         samples: W, length of a window.
     """
 
+    heeds_alarm: ClassVar[bool] = False
     samples: ClassVar[int]
 
     @abstractmethod

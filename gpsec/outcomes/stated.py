@@ -33,7 +33,7 @@ class _Fleet(_Part):
 
 
 class _Detection(_Part):
-    false_alarm_rate: str
+    rates: list[str]
 
 
 class _Localization(_Part):

@@ -15,8 +15,9 @@ class Study:
 
     Attributes:
         plans: names of the attack plans; the first is no attack ("none").
-        detectors: names of the K detectors.
-        defences: (detector, response) of the D defences.
+        detectors: names of the K operating points: a detector, with its false-alarm rate where that is another one
+            than the headline's.
+        defences: (operating point, response) of the D defences.
         profiles: names of the sensor profiles.
         thresholds: (profiles, K) of the detectors.
         step_s: length of a step.

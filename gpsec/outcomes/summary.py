@@ -19,6 +19,7 @@ from gpsec.outcomes.paper import PublishedScores, detection_like, localization_l
 from gpsec.outcomes.state import OUTCOMES
 from gpsec.outcomes.tables import read_table
 from gpsec.types.constants import MANIFEST, UNDEFENDED
+from gpsec.types.points import detector_at
 
 # Bounds of every table; there is nothing in their precision and recall that is not known beforehand.
 _BOUNDS = {"told", "never"}
@@ -80,7 +81,7 @@ def _detection(
     scenario: str, profile: str, rows: pd.DataFrame, attacks: Mapping[str, str] | None, console: Console
 ) -> Group:
     paper = {
-        (name, detector): detection_like(name if attacks is None else attacks.get(name, ""), detector)
+        (name, detector): detection_like(name if attacks is None else attacks.get(name, ""), detector_at(detector))
         for name, detector in zip(rows["attack"], rows["detector"], strict=True)
     }
     events = rows[(rows["n_events"] > 0) & ~rows["detector"].isin(_BOUNDS)]
@@ -107,9 +108,9 @@ def _detection_table(
         for row in group.to_dict("records"):
             theirs = paper[attack, row["detector"]]
             if wide:
-                lines.append([row["detector"], *_figures(row, _with_interval), _abreast(theirs)])
+                lines.append([_short(row["detector"]), *_figures(row, _with_interval), _abreast(theirs)])
                 continue
-            lines.append([row["detector"], *_figures(row, _alone)])
+            lines.append([_short(row["detector"]), *_figures(row, _alone)])
             if theirs:
                 lines.append(["  paper", *_published(theirs)])
         events = _counted(group["n_events"].iloc[0], "event")
@@ -118,6 +119,12 @@ def _detection_table(
             table.add_row(label, *line)
         table.add_section()
     return table
+
+
+def _short(point: str) -> str:
+    """Return the name of a detector, of its further rates only the rate: they stand below it."""
+    _, at, rate = point.partition("@")
+    return f"  @{rate}" if at else point
 
 
 def _figures(row: Row, text: Callable[[Row, str], str]) -> list[str]:

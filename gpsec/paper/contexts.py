@@ -22,7 +22,7 @@ def recall_by_context(run: Path, attack: str) -> dict[str, dict[str, Estimate]]:
     A step belongs to the junction where its lane is inside one, else to a lane change within `BESIDE_S`, else to the
     road. Unlike in the tables, steps without a score count here: they are what a vehicle goes through.
     """
-    log = parquet.read_table(run / STEP_LOG).to_pandas()
+    log = pool.named_plainly(parquet.read_table(run / STEP_LOG).to_pandas())
     log = log[log["plan"] == attack].sort_values(["vehicle_id", "time_s"], ignore_index=True)
     log["context"] = _context(log)
     log = log[log["attacked"]]

@@ -25,8 +25,9 @@ from gpsec.paper.studies import (
     STEALTH,
 )
 from gpsec.paper.tables import scored
-from gpsec.scenario.choices import BOUNDS, DEFAULT_RATE
+from gpsec.scenario.choices import BOUNDS
 from gpsec.types.constants import MODELLED, UNDEFENDED
+from gpsec.types.points import PER_SAMPLE
 
 _DELTA_TICKS = (1.05, 1.2, 1.5, 2.0)
 # Where no false alarm is drawn on a logarithmic axis.
@@ -139,8 +140,8 @@ def _rates(runs: Runs, path: Path) -> None:
     with canvas(path, len(attacks), len(SET_UPS)) as axes:
         for column, profile in enumerate(SET_UPS):
             points: dict[str, dict[str, list[tuple[float, float]]]] = {}
-            for rate in (DEFAULT_RATE, *FURTHER_RATES):
-                folders = runs.of("main", profile) if rate == DEFAULT_RATE else runs.of("rate", profile, rate)
+            for rate in (PER_SAMPLE, *FURTHER_RATES):
+                folders = runs.of("main", profile) if rate == PER_SAMPLE else runs.of("rate", profile, rate)
                 events, vehicles = pool.read_runs(folders, "events"), pool.read_runs(folders, "vehicles")
                 for name in scored(events):
                     alarms = pool.false_alarms(vehicles, name)

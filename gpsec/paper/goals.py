@@ -8,7 +8,7 @@ import pandas as pd
 from gpsec.outcomes.paper import TABLES_II_TO_IV, detection_like
 from gpsec.paper.studies import CONSTANT_BIAS, SET_UPS, SLOW_STEALTH, STEALTH
 from gpsec.paper.tables import LEARNED, METRICS, PaperRow, at
-from gpsec.scenario.choices import DEFAULT_RATE
+from gpsec.types.points import PER_SAMPLE
 
 _MOST_F1_DROP = 0.02
 _BOUNDS = {"precision": "at least", "recall": "at least", "f1": "at least", "delay_mean_s": "at most"}
@@ -56,7 +56,7 @@ def _detection(rows: Mapping[tuple[str, str], PaperRow]) -> Iterator[Goal]:
                 row = rows[f"{label} / {attack} / {LEARNED}", metric]
                 bound = _BOUNDS[metric]
                 yield _goal(f"{LEARNED}, {profile}, {attack}: {metric}", bound, figure, row)
-            for rate in (DEFAULT_RATE, "1/h", "0.1/h"):
+            for rate in (PER_SAMPLE, "1/h", "0.1/h"):
                 lead = rows[f"{at(f'{profile} on {network}', rate)} / {attack} / {LEARNED} − best baseline", "f1"]
                 what = f"F1 of the {LEARNED} minus the best baseline's, {profile}, {attack}, {rate}"
                 yield Goal(what, "interval above 0", _with_interval(lead), lead.lo is not None and lead.lo > 0.0)

@@ -12,6 +12,7 @@ from gpsec.outcomes import metrics
 from gpsec.outcomes.bootstrap import Bootstrap
 from gpsec.outcomes.metrics import Figures
 from gpsec.outcomes.tables import read_table
+from gpsec.types.points import without_rate
 
 BOOTSTRAP = Bootstrap(seed=2026, replicates=2000, confidence=0.95)
 
@@ -30,9 +31,18 @@ class Estimate:
 
 
 def read_runs(folders: Sequence[Path], table: str) -> pd.DataFrame:
-    """Return a table of several runs, one after the other; `run` names the run of each row."""
-    parts = [read_table(folder, table).assign(run=folder.name) for folder in folders]
+    """Return a table of several runs, one after the other; `run` names the run of each row.
+
+    All detectors of a run here have one false-alarm rate, which names are therefore without.
+    """
+    parts = [named_plainly(read_table(folder, table)).assign(run=folder.name) for folder in folders]
     return pd.concat(parts, ignore_index=True)
+
+
+def named_plainly(table: pd.DataFrame) -> pd.DataFrame:
+    """Return a table of a run whose detectors, defences and columns are without the false-alarm rate."""
+    named = {name: table[name].map(without_rate) for name in ("detector", "defence") if name in table}
+    return table.assign(**named).rename(columns=without_rate)
 
 
 def of_detector(events: pd.DataFrame, detector: str, attack: str) -> pd.DataFrame:

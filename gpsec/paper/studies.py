@@ -13,7 +13,8 @@ from typing import Any
 from gpsec.localization.registry import RESPONSES
 from gpsec.outcomes.paper import TABLES_II_TO_IV
 from gpsec.scenario import Scenario, load_scenario
-from gpsec.scenario.choices import DEFAULT_RATE, detectors
+from gpsec.scenario.choices import detectors, has_rate
+from gpsec.types.points import HEADLINE_RATE, PER_SAMPLE
 
 # Sensor profile -> the network of ours that is like the paper's set-up.
 SET_UPS = {table.profile: table.scenarios[0] for table in TABLES_II_TO_IV}
@@ -87,7 +88,7 @@ def _plan(attack: str, name: str, **parameters: float) -> PlanTable:
 class _Settings:
     """Settings of a run that are the same in most of them."""
 
-    rate: str = DEFAULT_RATE
+    rate: str = PER_SAMPLE
     association: str = "tracked"
     duration_s: float | None = None
     equipped_share: float = 1.0
@@ -267,13 +268,18 @@ class Studies:
                     "association": settings.association,
                     "equipped_share": settings.equipped_share,
                 },
-                "detection": {"detectors": detectors(), "false_alarm_rate": settings.rate},
-                "defences": [{"detector": detector, "response": response} for detector, response in defences],
+                "detection": {"detectors": detectors(), "rates": [settings.rate]},
+                "defences": [_defence(detector, response, settings.rate) for detector, response in defences],
                 "plans": plans,
                 # Intervals are made of pooled events, not by the runs.
                 "outcomes": {"bootstrap": 1},
             }
         )
+
+
+def _defence(detector: str, response: str, rate: str) -> dict[str, str]:
+    rate = rate if has_rate(detector) else HEADLINE_RATE
+    return {"detector": detector, "response": response, "rate": rate}
 
 
 def _thirds() -> dict[str, float]:

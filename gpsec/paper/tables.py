@@ -11,7 +11,7 @@ from gpsec.outcomes.tables import FLOAT_FORMAT, whole
 from gpsec.paper import pool
 from gpsec.paper.pool import Estimate
 from gpsec.paper.studies import CONSTANT_BIAS, LANE_ALIAS, NONE, PAPER, SET_UPS, SLOW_STEALTH, STEALTH, Pinned
-from gpsec.scenario.choices import DEFAULT_RATE
+from gpsec.types.points import PER_SAMPLE
 
 LEARNED = "lstm_glr"
 METRICS = ("precision", "recall", "f1", "delay_mean_s")
@@ -127,6 +127,6 @@ def scored(events: pd.DataFrame) -> Sequence[str]:
     return [name for name in events["detector"].unique() if name not in ("never", "told")]
 
 
-def at(label: str, rate: str = DEFAULT_RATE, association: str = "tracked") -> str:
+def at(label: str, rate: str = PER_SAMPLE, association: str = "tracked") -> str:
     """Return the label of rows of one operating point."""
     return f"{label} / {association} / {rate}"

@@ -12,6 +12,7 @@ from gpsec.core.errors import GpsecError
 from gpsec.hdmap.map import load_map
 from gpsec.outcomes.tables import STEP_LOG, read_table
 from gpsec.paper.plotting import LINE_COLOURS, canvas
+from gpsec.paper.pool import named_plainly
 from gpsec.paper.studies import NONE, PAPER
 from gpsec.scenario import Scenario
 from gpsec.scenario.choices import BOUNDS
@@ -71,7 +72,7 @@ def _typical(run: Path, attack: str) -> pd.DataFrame:
 
     Before the attack, a vehicle is the same as under no attack, where the log has it.
     """
-    events = read_table(run, "events")
+    events = named_plainly(read_table(run, "events"))
     mine = events[(events["attack"] == attack) & (events["defence"] == "+".join(PAPER)) & ~events["cut_short"]]
     if mine.empty:
         raise GpsecError(
@@ -79,7 +80,7 @@ def _typical(run: Path, attack: str) -> pd.DataFrame:
         )
     chosen = mine.sort_values("rmse_xy_m").iloc[len(mine) // 2]
     only = [("vehicle_id", "==", chosen["vehicle_id"])]
-    log: pd.DataFrame = parquet.read_table(run / STEP_LOG, filters=only).to_pandas()
+    log: pd.DataFrame = named_plainly(parquet.read_table(run / STEP_LOG, filters=only).to_pandas())
     after = (log["plan"] == attack) & (log["time_s"] <= chosen["end_s"] + _MARGIN_S)
     start_s = log.loc[log["plan"] == attack, "time_s"].min()
     before = (log["plan"] == "none") & (log["time_s"] < start_s) & (log["time_s"] >= start_s - _MARGIN_S)
@@ -93,7 +94,7 @@ def _window(log: pd.DataFrame) -> tuple[float, float]:
 
 
 def _thresholds(run: Path) -> dict[str, float]:
-    table = read_table(run, "detection")
+    table = named_plainly(read_table(run, "detection"))
     return {str(name): float(value) for name, value in zip(table["detector"], table["threshold"], strict=True)}
 
 

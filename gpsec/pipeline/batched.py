@@ -10,6 +10,7 @@ from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
 from gpsec.detection.base import Detection, LabelledDetector, Observation
 from gpsec.detection.pairing import Pending
+from gpsec.detection.points import Watch
 from gpsec.detection.residual import Residuals
 from gpsec.localization.branches import LocalizationState
 from gpsec.localization.switch import Localization
@@ -32,10 +33,14 @@ class BatchedMethod:
         self._localization = localization
         self._residuals = Residuals(world.hd_map, detection.sampling)
         self._pending = Table(Pending)
-        self._detector_states: list[Table[Any] | None] = [
-            None if isinstance(detector, LabelledDetector) else detector.new_state(1)
-            for detector in detection.detectors
-        ]
+        self._watches: list[tuple[str, Watch]] = []
+        self._labelled: list[tuple[str, LabelledDetector, int]] = []
+        for detector in {id(one): one for one in detection.detectors}.values():
+            columns = [k for k, other in enumerate(detection.detectors) if other is detector]
+            if isinstance(detector, LabelledDetector):
+                self._labelled += [(detector.name, detector, k) for k in columns]
+            else:
+                self._watches.append((detector.name, Watch(detector, columns)))
         self._filters = localization.new_state(1)
         lengths = {"detectors": len(detection.names), "defences": len(localization.responses)}
         self._answers = Table(Answers, **lengths)
@@ -51,7 +56,7 @@ class BatchedMethod:
             self._lanes,
             self._pending,
             self._filters,
-            *(state for state in self._detector_states if state is not None),
+            *(state for _, watch in self._watches for state in watch.states()),
         ]
 
     def grow(self, capacity: int) -> None:
@@ -118,11 +123,10 @@ class BatchedMethod:
         )
         attacked = tracks.attacked[rows]
         watch.lap("matching")
-        for k, detector in enumerate(self._detection.detectors):
-            state = self._detector_states[k]
-            if isinstance(detector, LabelledDetector):
-                detector.update(rows, attacked, self.answers, k)
-            elif state is not None:
-                threshold = self._detection.thresholds[:, k].take(profile)
-                detector.update(state.now, observation, threshold, self.answers, k, threads)
-            watch.lap(f"detector {self._detection.names[k]}")
+        thresholds = self._detection.thresholds[profile]
+        for name, looking in self._watches:
+            looking.update(observation, thresholds, self.answers, threads)
+            watch.lap(f"detector {name}")
+        for name, told, k in self._labelled:
+            told.update(rows, attacked, self.answers, k)
+            watch.lap(f"detector {name}")

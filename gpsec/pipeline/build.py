@@ -26,7 +26,6 @@ from gpsec.pipeline.fleet_choice import FleetChoice, run_profiles
 from gpsec.pipeline.loop import LoopSettings
 from gpsec.pipeline.mismatch import lane_mistakes, map_error, mismatch, zone_files
 from gpsec.scenario import Scenario
-from gpsec.scenario.choices import BOUNDS
 from gpsec.scenario.parts import use
 from gpsec.scenario.traffic import sumo_options
 from gpsec.sensors.multipath import MULTIPATH_KEYS
@@ -40,6 +39,7 @@ from gpsec.traffic.vehicletypes import check_type_names, named_sensors
 from gpsec.traffic.zones import ZoneSource
 from gpsec.types.drawn_zones import ATTACK_ZONE, MULTIPATH_ZONE, DrawnZone
 from gpsec.types.method import Method
+from gpsec.types.points import point_name
 
 
 @dataclass(frozen=True)
@@ -98,14 +98,15 @@ def make_detection(scenario: Scenario, ground: Ground) -> Detection:
         GpsecError: there is no model or threshold for one of them.
 
     """
-    used = {defence.detector for defence in scenario.defences}
-    names = (*scenario.detection.detectors, *(bound for bound in BOUNDS if bound in used))
+    points = scenario.points()
+    names = list(dict.fromkeys(name for name, _ in points))
     profiles, association = ground.choice.profiles, scenario.fleet.association
     models = None if scenario.detection.models is None else load_models(Path(scenario.detection.models))
+    built = dict(zip(names, build_detectors(names, profiles, association, models), strict=True))
     return Detection(
-        names=names,
-        detectors=tuple(build_detectors(names, profiles, association, models)),
-        thresholds=thresholds_for(names, profiles, association, scenario.detection.false_alarm_rate, models),
+        names=tuple(point_name(*point) for point in points),
+        detectors=tuple(built[name] for name, _ in points),
+        thresholds=thresholds_for(points, profiles, association, models),
         scale_m=np.array([residual_sigma_m(PROFILES[name]) for name in profiles]),
         sampling=sampling_of([PROFILES[name] for name in profiles], ground.options.step_s),
     )
@@ -119,7 +120,7 @@ def sampling_of(profiles: Sequence[SensorProfile], step_s: float) -> Sampling:
 def make_localization(scenario: Scenario, world: World, detectors: Sequence[str]) -> Localization:
     """Return the filters of the scenario's defences."""
     responses = {name: RESPONSES[name]() for name in {defence.response for defence in scenario.defences}}
-    columns = np.array([detectors.index(defence.detector) for defence in scenario.defences], np.int32)
+    columns = np.array([detectors.index(defence.point) for defence in scenario.defences], np.int32)
     settings = SwitchSettings(
         scenario.localization.hold_s,
         scenario.localization.rejoin_s,

@@ -143,7 +143,7 @@ class _Run:
         plans = self.plans = make_plans(scenario, session.options, zones)
         shared = make_shared_errors(scenario, ground.sensors, ground.hd_map, zones, session.options)
         self.places = () if shared is None else shared.places
-        defences = [(defence.detector, defence.response) for defence in scenario.defences]
+        defences = [(defence.point, defence.response) for defence in scenario.defences]
         names = [NO_ATTACK, *(plan.name for plan in plans)]
         method = make_method(scenario, ground, detection)
         study = Study(

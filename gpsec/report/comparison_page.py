@@ -14,6 +14,7 @@ from gpsec.report.page import render, write_page
 from gpsec.report.tables import ReportTable, TableCell, TableRow
 from gpsec.running.results import Results
 from gpsec.types.constants import UNDEFENDED
+from gpsec.types.points import HEADLINE_RATE, point_name
 
 COMPARISON = "comparison.html"
 
@@ -139,5 +140,5 @@ def _name(part: Any, place: int) -> str:
     if isinstance(part, dict) and "name" in part:
         return str(part["name"])
     if isinstance(part, dict) and {"detector", "response"} <= set(part):
-        return f"{part['detector']}+{part['response']}"
+        return f"{point_name(part['detector'], part.get('rate', HEADLINE_RATE))}+{part['response']}"
     return str(place)

@@ -122,7 +122,6 @@ def cost_of_speed(run: Results) -> Figure:
                 where,
             )
         )
-    rates = {stated["configuration"]["detection"]["false_alarm_rate"] for stated in run.scenarios}
     return Figure(
         "cost",
         "What speed costs: false alarms against delay",
@@ -130,8 +129,8 @@ def cost_of_speed(run: Results) -> Figure:
         "false alarms per vehicle-hour",
         series,
         "No detector that was compared saw any attack of this kind, so there is no delay to set against false alarms.",
-        f"A point for each detector, with intervals. It is no curve, since every scenario runs at one false-alarm rate"
-        f" (here {', '.join(sorted(rates))}); for another one, run it again with --set detection.false_alarm_rate=….",
+        "A point for each detector and false-alarm rate, with intervals; for further rates, run it again with"
+        " --set detection.rates=….",
         {"xaxis": {"rangemode": "tozero"}, "yaxis": {"rangemode": "tozero"}},
     )
 

@@ -121,7 +121,7 @@ def _described(stated: dict[str, Any]) -> dict[str, Any]:
         "what filters and detectors do not know": _unknown(given.get("world", {})),
         "lane association": given["fleet"]["association"],
         "scored and attacked": f"after {given['fleet']['settle_s']:g} s on the road",
-        "false-alarm rate of the thresholds": given["detection"]["false_alarm_rate"],
+        "false-alarm rates of the thresholds": ", ".join(given["detection"]["rates"]),
         "GNSS is used again": f"{given['localization']['hold_s']:g} s after the last alarm, once fixes have agreed for"
         f" {given['localization']['rejoin_s']:g} s",
         "intervals": f"{given['outcomes']['confidence']:.0%}, bootstrap of {given['outcomes']['bootstrap']} over"

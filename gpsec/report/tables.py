@@ -13,6 +13,7 @@ from gpsec.report.formatting import EMPTY, Record, figure, interval
 from gpsec.running.results import Results
 from gpsec.scenario.choices import BOUNDS
 from gpsec.types.constants import UNDEFENDED
+from gpsec.types.points import detector_at
 
 _RATES = {
     "precision": "precision",
@@ -77,7 +78,7 @@ def detection_tables(run: Results) -> list[ReportTable]:
             cells += [TableCell(figure(row["roc_auc"])), TableCell(figure(row["pr_auc"]))]
             cells += [_measured(row, "false_alarms_per_vehicle_hour")]
             lines.append(TableRow(row["attack"], row["detector"], cells))
-            paper = detection_like(str(attacks.get(row["attack"], row["attack"])), str(row["detector"]))
+            paper = detection_like(str(attacks.get(row["attack"], row["attack"])), detector_at(str(row["detector"])))
             if paper is not None:
                 published = [paper.precision, paper.recall, paper.f1, paper.delay_s]
                 cells = [*(TableCell(figure(value)) for value in published), *[TableCell("")] * 4]

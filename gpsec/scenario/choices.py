@@ -7,9 +7,6 @@ from gpsec.core.errors import nearest, shown
 # Defences only, not scored detectors: told the truth, and never in alarm.
 BOUNDS = ("never", "told")
 
-DEFAULT_RATE = "1e-3/sample"
-"""False-alarm rate of the thresholds where a scenario states none."""
-
 
 def attacks() -> list[str]:
     """Return the names of the attacks."""
@@ -51,6 +48,26 @@ def false_alarm_rates() -> list[str]:
     from gpsec.detection.calibration import RATES
 
     return list(RATES)
+
+
+def require_rate(rate: str) -> str:
+    """Return `rate`.
+
+    Raises:
+        ValueError: no threshold is calibrated to it; says the nearest, and those of the model of extreme values.
+    """
+    from gpsec.detection.calibration import RATES, nearest_rates
+
+    if rate not in RATES:
+        raise ValueError(f"unknown false-alarm rate '{shown(rate)}': {nearest_rates(rate)}")
+    return rate
+
+
+def has_rate(detector: str) -> bool:
+    """Return whether the threshold of a detector is calibrated to a false-alarm rate."""
+    from gpsec.detection.registry import DETECTORS
+
+    return DETECTORS[detector].threshold is None
 
 
 def require_known(kind: str, name: str, known: Iterable[str]) -> str:

@@ -30,6 +30,7 @@ from gpsec.scenario.sections import (
     Unset,
     WorldSection,
 )
+from gpsec.types.points import HEADLINE_RATE
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
 MAX_NAME = 100  # file systems end at 255 bytes, and folders in the making have longer names
@@ -141,6 +142,18 @@ class Scenario(Section):
                     f" (listed: {', '.join(scored) or 'none'})"
                 )
         return self
+
+    def points(self) -> tuple[tuple[str, str], ...]:
+        """Return detector and rate of all operating points, those of one detector side by side."""
+        found: list[tuple[str, str]] = []
+        for name in (*self.detection.detectors, *choices.BOUNDS):
+            own = [defence.rate for defence in self.defences if defence.detector == name]
+            if not choices.has_rate(name):
+                wanted = own[:1] if name in choices.BOUNDS else [HEADLINE_RATE]
+            else:
+                wanted = [*self.detection.rates, *own]
+            found += [(name, rate) for rate in dict.fromkeys(wanted)]
+        return tuple(found)
 
     def stated(self) -> dict[str, Any]:
         """Return it as plain JSON for a manifest; paths below the current folder are relative to that."""

@@ -35,10 +35,11 @@ def json_schema() -> dict[str, Any]:
     ]
     detection = properties["detection"]["properties"]
     detection["detectors"] |= {"items": {"enum": choices.detectors()}, "uniqueItems": True}
-    detection["false_alarm_rate"]["enum"] = choices.false_alarm_rates()
+    detection["rates"] |= {"items": {"enum": choices.false_alarm_rates()}, "uniqueItems": True}
     defence = _plain(Defence)
     defence["properties"]["detector"]["enum"] = [*choices.BOUNDS, *choices.detectors()]
     defence["properties"]["response"]["enum"] = choices.responses()
+    defence["properties"]["rate"]["enum"] = choices.false_alarm_rates()
     properties["defences"] = {"type": "array", "items": defence, "description": _first_line(Defence)}
     plans = {"oneOf": [_plan(name) for name in ATTACKS]}
     properties["plans"] = {"type": "array", "items": plans, "description": _first_line(PlanConfig)}

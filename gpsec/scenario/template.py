@@ -110,10 +110,10 @@ profile = "carla" # whose sensors they have: gpsec list profiles; or shares, {{ 
 # [world] # what filters and detectors do not know: docs/world.md has the keys, gpsec stress {name} tries them all
 # gnss_white_factor = 1.5
 
-# Detectors to score and the rate of false alarms that all are calibrated to: gpsec list detectors.
+# Detectors to score (gpsec list detectors), and the rates of false alarms at which each is scored.
 [detection]
 detectors = ["chi_square", "cusum", "isolation_forest", "lstm_glr"]
-false_alarm_rate = "1e-3/sample"
+rates = ["0.1/h", "1e-3/sample"]
 
 # A defence is a detector and what is done on its alarm. The undefended vehicle, never+none, is always there.
 [[defences]]
@@ -127,6 +127,7 @@ response = "ukf"
 [[defences]]
 detector = "lstm_glr" # the paper's UKF behind our form of its LSTM
 response = "ukf"
+rate = "1e-3/sample" # ten times an hour and more; without it 0.1/h, which one would drive with
 
 # Attack plans: who is attacked, when, and how; gpsec list attacks. The zone in {Path(sumocfg).stem}.add.xml is one
 # more, and so are those that you draw in netedit (polygons and points of type gpsec.attack).

@@ -25,6 +25,10 @@ _EXPECTED = {
     "path_type": "a path",
     "date_type": "a date",
 }
+# What former keys have become.
+_FORMER = {
+    "detection.false_alarm_rate": "`rate` of each defence, and `rates` of [detection], at which detectors are scored",
+}
 _BOUNDS = {
     "greater_than": ("gt", "more than"),
     "greater_than_equal": ("ge", "at least"),
@@ -65,6 +69,8 @@ def dotted(key: Key) -> str:
 def _message(error: ErrorDetails, key: Key, model: type[BaseModel]) -> str:
     kind = error["type"]
     if kind == "extra_forbidden":
+        if instead := _FORMER.get(dotted(key)):
+            return f"{dotted(key)} is no longer a key; expected {instead}"
         choices = nearest(str(key[-1]), _keys_at(model, key[:-1]))
         where = f" in {dotted(key[:-1])}" if len(key) > 1 else ""
         return f"unknown key '{shown(key[-1])}'{where}: {choices}"

@@ -39,7 +39,7 @@ def models(model):
 
 
 def case_of(name, models) -> DetectorCase:
-    threshold = float(thresholds_for([name], ["first"], "tracked", "1e-3/sample", models)[0, 0])
+    threshold = float(thresholds_for([(name, "1e-3/sample")], ["first"], "tracked", models)[0, 0])
 
     def build(profiles):
         (detector,) = build_detectors([name], profiles, "tracked", models)

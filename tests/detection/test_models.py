@@ -46,7 +46,7 @@ def test_detectors_and_thresholds_come_by_name(folder):
     models = load_models(folder)
     detectors = build_detectors(NAMES, ["carla", "carla"], "tracked", models)
     assert [d.name for d in detectors] == NAMES
-    table = thresholds_for(NAMES, ["carla", "carla"], "tracked", "1e-3/sample", models)
+    table = thresholds_for([(name, "1e-3/sample") for name in NAMES], ["carla", "carla"], "tracked", models)
     assert table.shape == (2, len(NAMES))
     assert (table > 0.0).all()
 
@@ -63,7 +63,7 @@ def test_detectors_and_thresholds_come_by_name(folder):
 )
 def test_unknown_choices_are_named(folder, names, profile, matching, rate, message):
     with pytest.raises(GpsecError, match=message):
-        thresholds_for(names, [profile], matching, rate, load_models(folder))
+        thresholds_for([(name, rate) for name in names], [profile], matching, load_models(folder))
 
 
 @pytest.mark.parametrize("name", ["thresholds.json", "provenance.json", "carla-tracked.npz"])

@@ -33,7 +33,7 @@ settle_s = 2.0
 step_s = 0.1
 
 [detection]
-false_alarm_rate = "1e-3/sample"
+rates = ["1e-3/sample"]
 
 [[defences]]
 detector = "cusum"
@@ -143,7 +143,7 @@ def _models() -> int:
     loaded = models.load_models(Path.cwd())
     names = ("chi_square", "cusum", "isolation_forest", "lstm_glr")
     detectors = models.build_detectors(names, ["carla"], "tracked", loaded)
-    models.thresholds_for(names, ["carla"], "tracked", "1e-3/sample", loaded)
+    models.thresholds_for([(name, "1e-3/sample") for name in names], ["carla"], "tracked", loaded)
     return 0 if len(detectors) == len(names) else 1
 
 

@@ -14,7 +14,7 @@ def test_steps_belong_to_junctions_lane_changes_and_roads(tmp_path):
             "lane": lanes,
             "attacked": [False] + [True] * 9,
             "lstm_glr_alarm": [True, False, False, True, True, True, True, True, True, False],
-            "oracle_alarm": True,
+            "told_alarm": True,
         }
     )
     other = log.assign(plan="none", lstm_glr_alarm=False)

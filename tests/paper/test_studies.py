@@ -31,6 +31,6 @@ def test_all_detectors_see_the_same_attacks_at_the_same_rate():
         plans = {plan.name: plan.parameters for plan in first.plans}
         assert plans["constant_bias"].bias_m == 2.0
         assert plans["stealth"].delta == 1.5
-        assert first.detection.false_alarm_rate == "1e-3/sample"
+        assert first.detection.rates == ("1e-3/sample",)
         assert all(other.plans == first.plans for other in others)
         assert all(plan.share == 1.0 for plan in first.plans)

@@ -167,12 +167,12 @@ def test_the_fix_is_displaced_only_while_attacked(steps):
     assert (moved[~track["attacked"]] == 0.0).all()
 
 
-def test_never_and_none_never_isolate_and_the_oracle_does_exactly_from_the_start(steps):
+def test_never_and_none_never_isolate_and_the_told_does_exactly_from_the_start(steps):
     assert not steps["never+none_isolated"].any()
     attacked = steps[steps["attacked"]]
     assert attacked["told+ukf_isolated"].all()
-    assert attacked["oracle_alarm"].all()
-    assert not steps.loc[~steps["attacked"], "oracle_alarm"].any()
+    assert attacked["told_alarm"].all()
+    assert not steps.loc[~steps["attacked"], "told_alarm"].any()
 
 
 def test_a_large_bias_is_detected_without_delay_and_shows_up_in_the_undefended_estimate(town, traffic, replay, go):

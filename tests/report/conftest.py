@@ -93,7 +93,7 @@ def manifest(scenario: str) -> dict:
             "sumocfg": "nowhere/lane.sumocfg",
             "engine": "batched",
             "fleet": {"equipped_share": 1.0, "association": "tracked", "settle_s": 10.0},
-            "detection": {"false_alarm_rate": "1e-3/sample"},
+            "detection": {"rates": ["1e-3/sample"]},
             "localization": {"hold_s": 2.0, "rejoin_s": 1.0, "outage_s": 0.5},
             "outcomes": {"bootstrap": 50, "confidence": 0.95},
         },

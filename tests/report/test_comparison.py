@@ -86,10 +86,10 @@ def test_the_page_says_what_differs(runs, tmp_path):
     first, second = runs
     folder = shutil.copytree(second.folder, tmp_path / "other")
     stated = json.loads((folder / "manifest.json").read_text())
-    stated["scenarios"][0]["configuration"]["detection"]["false_alarm_rate"] = "1e-4/sample"
+    stated["scenarios"][0]["configuration"]["detection"]["rates"] = ["1e-4/sample"]
     (folder / "manifest.json").write_text(json.dumps(stated))
     text = write_comparison(first, load(folder)).read_text("utf-8")
-    assert "lane: detection.false_alarm_rate is 1e-3/sample, then 1e-4/sample" in text
+    assert "lane: detection.rates.0 is 1e-3/sample, then 1e-4/sample" in text
     assert "12 pairs" in text
     assert "<img" not in text
 

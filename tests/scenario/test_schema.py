@@ -99,7 +99,7 @@ ALIKE = [
     ("[fleet]\nequipped_share = 0", False),
     ("[traffic]\nstep_s = 0.5", False),
     ("[detection]\ndetectors = ['lstm_glr', 'lstm_glr']", False),
-    ("[detection]\nfalse_alarm_rate = '2/h'", False),
+    ("[detection]\nrates = ['2/h']", False),
     ("[[defences]]\ndetector = 'lstm_glr'", False),
     ("[[plans]]\nshare = 0.5", False),
     ("[[plans]]\nattack = 'drift'\nbias_m = 2", False),
