@@ -4,13 +4,11 @@ from typing import NamedTuple
 
 from gpsec.core.kernels import inline
 from gpsec.types.answers import Answers
+from gpsec.types.points import HOLD_S
 
 # Without a valid residual for longer than this, windows are emptied and warm-up begins again: behind a junction the
 # road has another direction, and the GNSS error another lateral part.
 GAP_S = 1.0
-# Without a score for longer than this, an alarm ends. It outlasts most junctions, so that a vehicle that is being
-# spoofed is not handed back to GNSS inside one; what a false alarm costs there is some seconds of dead reckoning.
-HOLD_S = 5.0
 
 
 class AlarmSteps(NamedTuple):

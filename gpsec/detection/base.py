@@ -89,6 +89,7 @@ class Detection:
 
     Attributes:
         names: of the K operating points, those of one detector side by side.
+        rates: of each point, empty where its threshold is not calibrated.
         detectors: that of each point; points of one detector have the same object.
         thresholds: (profiles, K).
         scale_m: (profiles,) standard deviation of the residual that each profile promises.
@@ -96,6 +97,7 @@ class Detection:
     """
 
     names: tuple[str, ...]
+    rates: tuple[str, ...]
     detectors: tuple[Detector | LabelledDetector, ...]
     thresholds: Floats
     scale_m: Floats

@@ -53,6 +53,7 @@ def add_step(
         else:
             _add_alarms(row, step, tracks, answers, sums)
             _add_errors(row, step, tracks, vehicles, answers, sums, sides, detector)
+            _add_twin(row, step, tracks, vehicles, answers, sums, sides)
         note_places(row, step, tracks, vehicles, sums)
 
 
@@ -71,10 +72,12 @@ def _add_alarms(row: int, step: int, tracks: Tracks, answers: Answers, sums: Out
             sums.in_alarm[row, k] = False
             sums.bin[row, k] = -1
             continue
+        _follow_tail(row, k, step, hit, called, sums)
         if answers.scored[row, k]:
             if hit:
                 counts[k, TP if called else FN] += 1
-            else:
+                sums.peak[row, k] = max(sums.peak[row, k], answers.statistic[row, k])
+            elif not sums.in_tail[row, k]:
                 counts[k, FP if called else TN] += 1
             sums.bin[row, k] = bin_of(answers.statistic[row, k])
         else:
@@ -86,6 +89,16 @@ def _add_alarms(row: int, step: int, tracks: Tracks, answers: Answers, sums: Out
         if called and hit and sums.detection_step[row, k] < 0:
             sums.detection_step[row, k] = step
         sums.in_alarm[row, k] = called
+
+
+@inline
+def _follow_tail(row: int, k: int, step: int, hit: bool, called: bool, sums: OutcomeState) -> None:
+    """Note whether the alarm of an attack goes on behind it, and when it ends."""
+    if hit:
+        sums.in_tail[row, k] = called
+    elif sums.in_tail[row, k] and not called:
+        sums.in_tail[row, k] = False
+        sums.tail_end_step[row, k] = step
 
 
 @inline
@@ -125,17 +138,47 @@ def _add_errors(
         if scoring:
             _add(sums.squared_m2[row, d, LIFE], x, y, cross, along)
             sums.max_cross_m[row, d, LIFE] = max(sums.max_cross_m[row, d, LIFE], abs(cross))
+            sums.isolated_steps[row, d, LIFE] += isolated
         if hit:
             _add(sums.squared_m2[row, d, ATTACK], x, y, cross, along)
             sums.max_cross_m[row, d, ATTACK] = max(sums.max_cross_m[row, d, ATTACK], abs(cross))
-            if isolated:
-                sums.isolated_steps[row, d] += 1
+            sums.isolated_steps[row, d, ATTACK] += isolated
         if sums.detection_step[row, detector[d]] == step:
             sums.deviation_m[row, d] = abs(cross)
         if over and sums.retrust_step[row, d] < 0 and not isolated:
             sums.retrust_step[row, d] = step
         if (planned or scoring) and lane >= 0 and not sides.internal[lane]:
             _note_outcomes(sums.first_step[row, d], step, cross, vehicles.width_m[v], lane, sides)
+
+
+@inline
+def _add_twin(
+    row: int,
+    step: int,
+    tracks: Tracks,
+    vehicles: Vehicles,
+    answers: Answers,
+    sums: OutcomeState,
+    sides: LaneSides,
+) -> None:
+    """Add what the same vehicle has without the attack, in the steps in which a track under a plan is looked at."""
+    twin = sums.twin[row]
+    if twin < 0 or not sums.in_event[row]:
+        return
+    v, hit = tracks.vehicle[row], tracks.attacked[row]
+    if hit:
+        for k in range(answers.alarm.shape[1]):
+            sums.twin_in_alarm[row, k] |= answers.alarm[twin, k]
+    lane = vehicles.lane[v]
+    c, s = cos(vehicles.lane_yaw_rad[v]), sin(vehicles.lane_yaw_rad[v])
+    for d in range(answers.estimate_m.shape[1]):
+        x = answers.estimate_m[twin, d, 0] - vehicles.rear_m[v, 0]
+        y = answers.estimate_m[twin, d, 1] - vehicles.rear_m[v, 1]
+        cross, along = c * y - s * x, c * x + s * y
+        if hit:
+            _add(sums.twin_squared_m2[row, d], x, y, cross, along)
+        if lane >= 0 and not sides.internal[lane]:
+            _note_outcomes(sums.twin_first_step[row, d], step, cross, vehicles.width_m[v], lane, sides)
 
 
 @inline

@@ -10,20 +10,38 @@ from gpsec.core.arrays import Floats, Longs
 from gpsec.outcomes import metrics
 from gpsec.outcomes.bootstrap import Bootstrap
 from gpsec.outcomes.events import ClosedTracks
-from gpsec.outcomes.histograms import areas, negatives
+from gpsec.outcomes.histograms import areas, matched, negatives
 from gpsec.outcomes.metrics import Figures
 from gpsec.outcomes.records import cells, error_columns
-from gpsec.outcomes.state import ATTACK, FALSE, FN, FP, LIFE, OUTCOMES, TN, TP
+from gpsec.outcomes.state import ATTACK, FALSE, FN, FP, LIFE, LINE_TOUCHED, OUTCOMES, TN, TP
 from gpsec.outcomes.study import Study
 
 Columns = dict[str, Any]
 
+# Where more of the honest undefended vehicles than that touch a line, outcomes are those of the receiver.
+MEANINGLESS_SHARE = 0.5
+MEANINGLESS = "{:.0%} of the honest undefended vehicles touch a line: outcomes would be those of the receiver"
+# The outcomes of which is said how many an attack caused: more than the benign twins have.
+CAUSED = OUTCOMES[:2]
+_NAMED = ("profile", "attack", "defence", "n_vehicles")
 # Below this, a bootstrap over vehicles says nothing.
 _FEWEST_VEHICLES = 2
 
 
+class Counts(NamedTuple):
+    """Counts of statistics.
+
+    Attributes:
+        histogram: (P, profiles, K, 2, BINS) of samples not attacked and attacked.
+        rises: (profiles, K, BINS) of benign vehicles, see `histograms.count`.
+    """
+
+    histogram: Longs
+    rises: Longs
+
+
 def detection_table(
-    study: Study, tracks: ClosedTracks, histogram: Longs, scenario: str, bootstrap: Bootstrap
+    study: Study, tracks: ClosedTracks, counts: Counts, scenario: str, bootstrap: Bootstrap
 ) -> pd.DataFrame:
     """Return one row for every profile, attack and detector."""
     parts = []
@@ -37,12 +55,15 @@ def detection_table(
                 "profile": name,
                 "attack": attack,
                 "detector": list(study.detectors),
+                "rate": list(study.rates),
                 "n_events": len(chosen) if plan > 0 else 0,
             }
             columns |= _detection(study, chosen, bootstrap, f"{name}/{attack}", attacked=plan > 0)
+            columns |= _worth(study, chosen, bootstrap, f"{name}/{attack}/worth", attacked=plan > 0)
             columns |= alarms
-            columns |= _areas(histogram, profile, plan, chosen)
+            columns |= _areas(counts.histogram, profile, plan, chosen)
             columns["threshold"] = study.thresholds[profile]
+            columns |= matched_columns(study, counts, (profile, plan), chosen.state.peak, alarms["vehicle_hours"])
             parts.append(pd.DataFrame(columns))
     return pd.concat(parts, ignore_index=True)
 
@@ -63,14 +84,23 @@ def localization_table(study: Study, tracks: ClosedTracks, scenario: str, bootst
                 "n_vehicles": len(chosen),
             }
             columns |= _localization(study, chosen, when, bootstrap, f"{name}/{attack}")
+            squared = chosen.state.twin_squared_m2.sum(axis=0)
+            of_twin = error_columns(squared, np.full(len(squared), chosen.state.steps[:, ATTACK].sum() if plan else 0))
+            columns |= {f"twin_{column}": cells(of_twin[column]) for column in ("rmse_xy_m", "rmse_cross_track_m")}
             parts.append(pd.DataFrame(columns))
     return pd.concat(parts, ignore_index=True)
 
 
-def safety_table(study: Study, tracks: ClosedTracks, scenario: str, confidence: float) -> pd.DataFrame:
-    """Return one row for every profile, attack and defence: how many vehicles would have reached each outcome."""
+def safety_table(study: Study, tracks: ClosedTracks, scenario: str, bootstrap: Bootstrap) -> pd.DataFrame:
+    """Return one row for every profile, attack and defence: how many vehicles would have reached each outcome.
+
+    Where honest undefended vehicles touch a line already, outcomes say nothing of an attack, and are left out.
+    """
     parts = []
     for profile, name in enumerate(study.profiles):
+        honest = tracks.take(tracks.profile == profile).of_plan(0)
+        without = _without_gnss(study, honest, bootstrap, name)
+        touched = (honest.state.first_step[:, 0, LINE_TOUCHED] >= 0).mean() if len(honest) else 0.0
         for plan, attack in enumerate(study.plans):
             chosen = tracks.take(tracks.profile == profile).of_plan(plan)
             columns: Columns = {
@@ -80,10 +110,11 @@ def safety_table(study: Study, tracks: ClosedTracks, scenario: str, confidence: 
                 "defence": list(study.defence_names),
                 "n_vehicles": len(chosen),
             }
-            reached = (chosen.state.first_step >= 0).sum(axis=0)
-            columns |= {outcome: reached[:, i] for i, outcome in enumerate(OUTCOMES)}
-            for i, outcome in enumerate(OUTCOMES):
-                columns |= _share(f"{outcome}_share", reached[:, i], len(chosen), confidence)
+            columns |= _reached(chosen, bootstrap, f"{name}/{attack}/caused", attacked=plan > 0)
+            if touched > MEANINGLESS_SHARE:
+                columns |= dict.fromkeys(columns.keys() - {"scenario", *_NAMED}, np.nan)
+            columns["note"] = MEANINGLESS.format(touched) if touched > MEANINGLESS_SHARE else ""
+            columns |= without
             parts.append(pd.DataFrame(columns))
     return pd.concat(parts, ignore_index=True)
 
@@ -131,11 +162,81 @@ def _false_alarms(study: Study, benign: ClosedTracks, bootstrap: Bootstrap, prof
     return columns | {"vehicle_hours": total_hours}
 
 
+def _reached(chosen: ClosedTracks, bootstrap: Bootstrap, label: str, *, attacked: bool) -> Columns:
+    """Return how many vehicles reached each outcome under D defences, and how many more than their benign twins."""
+    reached, of_twin = chosen.state.first_step >= 0, chosen.state.twin_first_step >= 0
+    total = reached.sum(axis=0)
+    columns: Columns = {outcome: total[:, i] for i, outcome in enumerate(OUTCOMES)}
+    for i, outcome in enumerate(OUTCOMES):
+        columns |= _share(f"{outcome}_share", total[:, i], len(chosen), bootstrap.confidence)
+    caused = reached.astype(np.float64) - of_twin
+    trials = np.full((*reached.shape[:2], 1), float(attacked))
+    sums = _resampled(np.concatenate([caused, trials], axis=2), bootstrap, label)
+    for i, outcome in enumerate(CAUSED):
+        each, share, resampled = (metrics.ratio(part[..., i], part[..., -1]) for part in sums)
+        columns |= _interval(f"{outcome}_caused_share", each, share, resampled, bootstrap)
+    return columns
+
+
+def _without_gnss(study: Study, honest: ClosedTracks, bootstrap: Bootstrap, profile: str) -> Columns:
+    """Return the minutes in an hour in which honest vehicles are without GNSS under D defences."""
+    minutes = honest.state.isolated_steps[..., LIFE] * (study.step_s / 60.0)
+    hours = np.broadcast_to(honest.state.steps[:, None, LIFE] * (study.step_s / 3600.0), minutes.shape)
+    sums = _resampled(np.stack([minutes, hours], axis=2), bootstrap, f"{profile}/without GNSS")
+    each, rate, resampled = (metrics.ratio(part[..., 0], part[..., 1]) for part in sums)
+    return _interval("isolated_minutes_per_vehicle_hour", each, rate, resampled, bootstrap)
+
+
+def _worth(study: Study, chosen: ClosedTracks, bootstrap: Bootstrap, label: str, *, attacked: bool) -> Columns:
+    """Return what the alarms of K detectors are worth: in time, due to the attack, over when it is over."""
+    state, confidence = chosen.state, bootstrap.confidence
+    detected = state.detection_step >= 0
+    alone = detected & ~state.twin_in_alarm
+    columns = _share("detected_not_twin_share", alone.sum(axis=0), len(chosen) if attacked else 0, confidence)
+    line = state.first_step[:, 0, LINE_TOUCHED][:, None]
+    touched = int((line >= 0).sum()) if attacked else 0
+    before = (line >= 0) & detected & (state.detection_step < line)
+    columns["n_line_events"] = touched
+    columns |= _share("seen_before_line_share", before.sum(axis=0), touched, confidence)
+    known = state.tail_end_step >= 0
+    late = np.where(known, (state.tail_end_step - chosen.last_step()[:, None]) * study.step_s, 0.0)
+    sums = _resampled(np.stack([late, known], axis=2), bootstrap, label)
+    each, mean, resampled = (metrics.ratio(part[..., 0], part[..., 1]) for part in sums)
+    return columns | _interval("alarm_ends_after_mean_s", each, mean, resampled, bootstrap)
+
+
+def matched_columns(study: Study, counts: Counts, at: tuple[int, int], peak: Floats, vehicle_hours: Floats) -> Columns:
+    """Return what K detectors do at thresholds that are re-set on the benign vehicles of this run.
+
+    Args:
+        study: names.
+        counts: of statistics.
+        at: index of profile and plan.
+        peak: (V, K) largest statistic of each attacked vehicle.
+        vehicle_hours: (K,) of benign vehicles.
+    """
+    profile, plan = at
+    columns: Columns = {"matched_threshold": [], "matched_recall": [], "matched_detected_share": []}
+    for k, rate in enumerate(study.rates):
+        number, _, unit = rate.partition("/")
+        benign, attacked = counts.histogram[0, profile, k, 0], counts.histogram[plan, profile, k, 1]
+        found = None
+        if plan and unit == "h":
+            raised = np.cumsum(counts.rises[profile, k, ::-1])[::-1]
+            found = matched(benign, attacked, float(number) * float(vehicle_hours[k]), raised)
+        elif plan and unit:
+            found = matched(benign, attacked, float(number) * float(benign.sum()))
+        columns["matched_threshold"].append(found.threshold if found else np.nan)
+        columns["matched_recall"].append(found.recall if found else np.nan)
+        columns["matched_detected_share"].append((peak[:, k] >= found.threshold).mean() if found else np.nan)
+    return columns
+
+
 def _areas(histogram: Longs, profile: int, plan: int, chosen: ClosedTracks) -> Columns:
     scored = chosen.state.counts[..., [FP, TN]].sum(axis=(0, 2), dtype=np.int64)
     columns: dict[str, list[float]] = {"roc_auc": [], "pr_auc": []}
-    for k, (clear, attacked) in enumerate(histogram[plan, profile]):
-        both = areas(negatives(histogram[0, profile, k, 0], clear, int(scored[k])), attacked) if plan else None
+    for k, attacked in enumerate(histogram[plan, profile, :, 1]):
+        both = areas(negatives(histogram[0, profile, k, 0], int(scored[k])), attacked) if plan else None
         columns["roc_auc"].append(both.roc if both else np.nan)
         columns["pr_auc"].append(both.pr if both else np.nan)
     return columns

@@ -15,6 +15,7 @@ from gpsec.outcomes.tables import read_table
 
 _GROUP = ("scenario", "profile", "attack")
 _OWNER = ("scenario", "seed", "vehicle_id", "vehicle_type", *_GROUP[1:], "defence", "detector", "response")
+_TWIN = ("twin_rmse_xy_m", "twin_rmse_cross_track_m")
 _RMSE = ("rmse_x_m", "rmse_y_m", "rmse_xy_m", "rmse_cross_track_m", "rmse_along_track_m")
 
 
@@ -26,25 +27,32 @@ def _bounded(*names: str) -> tuple[str, ...]:
 COLUMNS = {
     "detection": (
         *_GROUP,
-        *("detector", "n_events", *_bounded("precision", "recall", "f1", "delay_mean_s")),
+        *("detector", "rate", "n_events", *_bounded("precision", "recall", "f1", "delay_mean_s")),
         *("delay_median_s", "delay_p95_s", *_bounded("detected_share"), "false_positive_rate"),
+        *(*_bounded("detected_not_twin_share"), "n_line_events", *_bounded("seen_before_line_share")),
+        *_bounded("alarm_ends_after_mean_s"),
         *(*_bounded("false_alarms_per_vehicle_hour"), "vehicle_hours", "roc_auc", "pr_auc", "threshold"),
+        *("matched_threshold", "matched_recall", "matched_detected_share"),
     ),
-    "localization": (*_GROUP, "defence", "n_events", "n_vehicles", *_bounded(*_RMSE), "max_cross_track_m"),
+    "localization": (*_GROUP, "defence", "n_events", "n_vehicles", *_bounded(*_RMSE), "max_cross_track_m", *_TWIN),
     "safety": (
         *(*_GROUP, "defence", "n_vehicles", *OUTCOMES),
         *_bounded(*(f"{outcome}_share" for outcome in OUTCOMES)),
+        *_bounded("line_touched_caused_share", "out_of_lane_caused_share"),
+        *("note", *_bounded("isolated_minutes_per_vehicle_hour")),
     ),
     "events": (
         *_OWNER,
-        *("start_s", "end_s", "attack_seconds", "cut_short", "in_alarm_at_start", "detected", "detection_delay_s"),
+        *("start_s", "end_s", "attack_seconds", "cut_short", "in_alarm_at_start", "detected", "detected_not_twin"),
+        *("detection_delay_s", "alarm_ends_after_s"),
         *("deviation_at_detection_m", "true_positives", "false_positives", "false_negatives", "true_negatives"),
         *("isolated_share", "time_to_retrust_s", *_RMSE, "max_cross_track_m", "outcome", "time_to_outcome_s"),
+        *("time_to_line_s", "twin_outcome", "twin_rmse_xy_m"),
     ),
     "vehicles": (
         *_OWNER,
-        *("depart_s", "arrive_s", "vehicle_seconds", "scored_seconds", "alarms", "false_alarms", "rmse_xy_m"),
-        *("max_cross_track_m", "outcome"),
+        *("depart_s", "arrive_s", "vehicle_seconds", "scored_seconds", "isolated_seconds", "alarms", "false_alarms"),
+        *("rmse_xy_m", "max_cross_track_m", "outcome"),
     ),
     "curves": (*_GROUP, "detector", "threshold", "false_positive_rate", "recall", "precision"),
     "error_bands": (
@@ -53,16 +61,20 @@ COLUMNS = {
     ),
     "places": (*_OWNER[:3], *_GROUP[1:], "what", "by", "time_s", "x_m", "y_m", "lon_deg", "lat_deg"),
 }
-TEXTS = {*_OWNER, "outcome", "what", "by"} - {"seed"}
-FLAGS = {"cut_short", "in_alarm_at_start", "detected"}
+TEXTS = {*_OWNER, "rate", "note", "outcome", "twin_outcome", "what", "by"} - {"seed"}
+FLAGS = {"cut_short", "in_alarm_at_start", "detected", "detected_not_twin"}
 COUNTS = {
-    *("seed", "n_events", "n_vehicles", "alarms", "false_alarms", *OUTCOMES),
+    *("seed", "n_events", "n_vehicles", "n_line_events", "alarms", "false_alarms"),
     *("true_positives", "false_positives", "false_negatives", "true_negatives"),
 }
 # Texts that are one of a few.
-_KNOWN = {"outcome": {"none", *OUTCOMES}, "what": {ATTACK_BEGAN, DETECTED, LEFT_LANE}}
+_KNOWN = {
+    "outcome": {"none", *OUTCOMES},
+    "twin_outcome": {"none", *OUTCOMES},
+    "what": {ATTACK_BEGAN, DETECTED, LEFT_LANE},
+}
 # What may be empty of the texts. Numbers may be empty but for these.
-_OPTIONAL = {"by"}
+_OPTIONAL = {"by", "rate", "note"}
 _REQUIRED = {"start_s", "end_s", "depart_s", "time_s", "lon_deg", "lat_deg", "vehicle_hours", "vehicle_seconds"}
 
 
@@ -125,11 +137,13 @@ def _checked(path: Path, column: str, values: "pd.Series[Any]") -> "pd.Series[An
     wrong = (numbers.isna() & ~empty).to_numpy() | np.isinf(numbers.to_numpy())
     if column in _REQUIRED | COUNTS:
         wrong |= empty.to_numpy()
-    if column in COUNTS:
-        wrong |= ~((numbers >= 0) & (numbers < 2**53) & (numbers % 1 == 0)).to_numpy()
+    if column in COUNTS or column in OUTCOMES:
+        wrong |= ~empty.to_numpy() & ~((numbers >= 0) & (numbers < 2**53) & (numbers % 1 == 0)).to_numpy()
     if wrong.any():
         raise _error(path, column, "a count" if column in COUNTS else "a number", wrong, values)
-    return numbers.astype(np.int64) if column in COUNTS else numbers
+    # Outcomes are left out where they say nothing.
+    counted = column in COUNTS or (column in OUTCOMES and not empty.any())
+    return numbers.astype(np.int64) if counted else numbers
 
 
 def _error(path: Path, column: str, expected: str, wrong: Flags, values: "pd.Series[Any]") -> GpsecError:

@@ -7,7 +7,7 @@ import pandas as pd
 
 from gpsec.core.arrays import Floats, Ints, Longs
 from gpsec.outcomes.events import ClosedTracks
-from gpsec.outcomes.histograms import BINS, LOWEST_OCTAVE, PER_OCTAVE, negatives
+from gpsec.outcomes.histograms import lower_edges, negatives
 from gpsec.outcomes.state import FP, TN
 from gpsec.outcomes.study import Study
 
@@ -35,12 +35,6 @@ class Curve(NamedTuple):
     false_positive_rate: Floats
     recall: Floats
     precision: Floats
-
-
-def lower_edges() -> Floats:
-    """Return the (BINS,) lowest statistic of each bin of `histograms.bin_of`; 0 for the first."""
-    octave, part = np.divmod(np.arange(BINS - 1), PER_OCTAVE)
-    return np.concatenate([[0.0], np.ldexp(1.0 + part / PER_OCTAVE, octave + LOWEST_OCTAVE)])
 
 
 def curve(negative: Floats, positive: Floats) -> Curve | None:
@@ -81,8 +75,8 @@ def curves_table(study: Study, tracks: ClosedTracks, histogram: Longs, scenario:
         for plan, attack in enumerate(study.plans[1:], start=1):
             scored = mine.of_plan(plan).state.counts[..., [FP, TN]].sum(axis=(0, 2), dtype=np.int64)
             for k, detector in enumerate(study.detectors):
-                clear, attacked = histogram[plan, profile, k]
-                points = curve(negatives(histogram[0, profile, k, 0], clear, int(scored[k])), attacked)
+                attacked = histogram[plan, profile, k, 1]
+                points = curve(negatives(histogram[0, profile, k, 0], int(scored[k])), attacked)
                 if points is not None:
                     names = {"scenario": scenario, "profile": name, "attack": attack, "detector": detector}
                     parts.append(pd.DataFrame({**names, **points._asdict()}))

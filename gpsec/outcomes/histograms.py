@@ -13,11 +13,14 @@ import numpy as np
 
 from gpsec.core.arrays import Floats, Ints, Longs
 from gpsec.core.kernels import inline, kernel
+from gpsec.outcomes.state import OutcomeState
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Vehicles
 
 PER_OCTAVE = 128
 LOWEST_OCTAVE, HIGHEST_OCTAVE = -20, 20
+# With fewer expected false alarms than that, a threshold says what happened to happen.
+FEWEST_EVENTS = 5.0
 BINS = (HIGHEST_OCTAVE - LOWEST_OCTAVE) * PER_OCTAVE + 2
 
 
@@ -33,17 +36,42 @@ def bin_of(statistic: float) -> int:
 
 
 @kernel
-def count(rows: Ints, tracks: Tracks, vehicles: Vehicles, bins: Ints, histogram: Longs) -> None:
+def count(
+    rows: Ints,
+    tracks: Tracks,
+    vehicles: Vehicles,
+    sums: OutcomeState,
+    unscored_steps: Ints,
+    hold_steps: int,
+    histogram: Longs,
+    rises: Longs,
+) -> None:
     """Add one to the (P, profiles, K, 2, BINS) histogram for every (M, K) bin of `rows` that is not -1.
+
+    To the (profiles, K, BINS) `rises` add, for every benign track whose statistic went up, one in its new bin, and take
+    one from the bin that it was in: the sum from a bin on is then the number of alarms that a threshold at the lower
+    edge of that bin would have raised. An alarm without a score for more than `hold_steps` would have ended.
 
     Several rows share a cell, so this is not for more than one thread; the sums do not depend on the order.
     """
+    bins = sums.bin
     for row in rows:
         label = 1 if tracks.attacked[row] else 0
-        cell = histogram[tracks.plan[row], vehicles.profile[tracks.vehicle[row]]]
+        profile = vehicles.profile[tracks.vehicle[row]]
+        cell = histogram[tracks.plan[row], profile]
         for k in range(bins.shape[1]):
             if bins[row, k] >= 0:
                 cell[k, label, bins[row, k]] += 1
+            if tracks.plan[row] > 0:
+                continue
+            last = sums.last_bin[row, k]
+            if bins[row, k] >= 0:
+                if bins[row, k] > last:
+                    rises[profile, k, bins[row, k]] += 1
+                    rises[profile, k, last] -= 1
+                sums.last_bin[row, k] = bins[row, k]
+            elif unscored_steps[row, k] > hold_steps:
+                sums.last_bin[row, k] = 0
 
 
 @dataclass(frozen=True)
@@ -77,13 +105,50 @@ def areas(negative: Floats, positive: Floats) -> Areas | None:
     )
 
 
-def negatives(benign: Longs, after: Longs, scored: int) -> Floats:
-    """Return the (BINS,) weights of the negatives of attacked tracks: `scored` samples in all.
+def negatives(benign: Longs, scored: int) -> Floats:
+    """Return the (BINS,) weights of `scored` negatives that are distributed as the samples without an attack.
 
-    Precision and recall count a track's unattacked samples before and after the attack. Those after it are known
-    exactly (`after`); a histogram for every vehicle would not fit, so those before it are taken to be distributed as
-    the samples of all vehicles of that profile without an attack (`benign`).
+    Samples behind an attack, in which a window still holds it, are nobody's false alarms, and differ with the length of
+    the windows: a curve with them says which window is short. How long an alarm outlasts the attack is a figure of its
+    own.
     """
-    before = max(scored - int(after.sum()), 0)
     total = int(benign.sum())
-    return after + benign * (before / total) if total else after.astype(np.float64)
+    weights: Floats = benign.astype(np.float64)
+    return weights * (scored / total) if total else weights
+
+
+@dataclass(frozen=True)
+class Matched:
+    """What a detector would do at a threshold that is re-set on the benign twins of the scored run.
+
+    Attributes:
+        threshold: the lowest at which they have no more false alarms than asked for.
+        recall: share of the samples under attack above it.
+    """
+
+    threshold: float
+    recall: float
+
+
+def matched(benign: Longs, attacked: Longs, allowed: float, events: Longs | None = None) -> Matched | None:
+    """Return what is left at a threshold with `allowed` false alarms, of (BINS,) counts; None where none can be told.
+
+    Args:
+        benign: statistics of the samples without an attack.
+        attacked: of those under attack.
+        allowed: number of samples, or of alarms where their `events` are given.
+        events: for each bin, alarms that a threshold at its lower edge would raise; else samples above it.
+    """
+    above = np.cumsum(benign[::-1])[::-1] if events is None else events
+    total = int(attacked.sum())
+    if allowed < FEWEST_EVENTS or not total or not benign.sum():
+        return None
+    place = int(np.flatnonzero(np.append(above > allowed, False)).max(initial=-1)) + 1
+    lowest = np.append(lower_edges(), np.inf)
+    return Matched(float(lowest[place]), float(attacked[place:].sum() / total))
+
+
+def lower_edges() -> Floats:
+    """Return the (BINS,) lowest statistic of each bin; 0 for the first."""
+    octave, part = np.divmod(np.arange(BINS - 1), PER_OCTAVE)
+    return np.concatenate([[0.0], np.ldexp(1.0 + part / PER_OCTAVE, octave + LOWEST_OCTAVE)])

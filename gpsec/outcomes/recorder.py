@@ -19,6 +19,7 @@ from gpsec.outcomes.state import OutcomeState
 from gpsec.outcomes.study import Study
 from gpsec.outcomes.tables import Findings, write_tables
 from gpsec.outcomes.view import StepView
+from gpsec.types.points import HOLD_S
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Identity
 
@@ -33,6 +34,7 @@ class Outcomes:
         study: names of plans, detectors, defences, profiles.
         table: running sums of the tracks on the road; the pipeline grows, copies and resets its rows with theirs.
         histogram: (P, profiles, K, 2, BINS) counts of statistics, of samples not attacked and attacked.
+        rises: (profiles, K, BINS) from which the alarms of benign vehicles at any threshold follow.
         bands: (P, profiles, D, 2, …) counts of errors by the second of the attack, see `outcomes.bands`.
 
     """
@@ -43,7 +45,9 @@ class Outcomes:
         self.table = Table(OutcomeState, detectors=detectors, defences=len(study.defences))
         self.histogram = np.zeros((plans, profiles, detectors, 2, BINS), np.int64)
         self.bands = empty_bands(plans, profiles, len(study.defences))
+        self.rises = np.zeros((profiles, detectors, BINS), np.int64)
         self._stride = stride(study.step_s)
+        self._hold_steps = int(HOLD_S / study.step_s + 1e-9)
         self._sides = lane_sides
         self._origin_s = 0.0
         self._closed: list[ClosedTracks] = []
@@ -60,11 +64,16 @@ class Outcomes:
         Those on a lane that leads the other way are left out: they have no lane of their own to be displaced in.
         """
         rows, tracks, vehicles, sums = view.rows, view.tracks, view.vehicles, self.state
+        benign = rows[tracks.plan[rows] == 0]
+        of_vehicle = np.full(len(vehicles.lane), -1, np.int32)
+        of_vehicle[tracks.vehicle[benign]] = benign
+        sums.twin[rows] = of_vehicle[tracks.vehicle[rows]]
         self._origin_s = round(view.time_s - view.step * view.step_s, 6)
         threads.run(
             add_step, rows, view.step, tracks, vehicles, view.answers, sums, self._sides, self.study.detector_of
         )
-        count(rows, tracks, vehicles, sums.bin, self.histogram)
+        unscored = view.answers.unscored_steps
+        count(rows, tracks, vehicles, sums, unscored, self._hold_steps, self.histogram, self.rises)
         add_bands(rows, view.step, self._stride, tracks, vehicles, view.answers.estimate_m, self.bands)
 
     def close(self, rows: Ints, tracks: Tracks, people: Sequence[Identity], ended_s: float | None) -> None:
@@ -99,5 +108,5 @@ class Outcomes:
 
         `projector` is that of the net; without one, the net counts as one without a projection.
         """
-        findings = Findings(self.study, self.tracks(), self.histogram, self.bands, self._origin_s)
+        findings = Findings(self.study, self.tracks(), self.histogram, self.rises, self.bands, self._origin_s)
         write_tables(folder, scenario, findings, Bootstrap(seed, replicates, confidence), projector or Projector("!"))

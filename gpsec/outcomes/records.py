@@ -9,7 +9,23 @@ import pandas as pd
 from gpsec.core.arrays import Flags, Floats, Ints
 from gpsec.outcomes.events import ClosedTracks
 from gpsec.outcomes.metrics import Figures, Numbers, rmse
-from gpsec.outcomes.state import ALL, ALONG, ATTACK, CROSS, FALSE, FN, FP, LIFE, OUTCOMES, TN, TP, X, Y, worst
+from gpsec.outcomes.state import (
+    ALL,
+    ALONG,
+    ATTACK,
+    CROSS,
+    FALSE,
+    FN,
+    FP,
+    LIFE,
+    LINE_TOUCHED,
+    OUTCOMES,
+    TN,
+    TP,
+    X,
+    Y,
+    worst,
+)
 from gpsec.outcomes.study import Study
 
 # Columns of scored samples, by what they are.
@@ -57,21 +73,29 @@ def events_table(study: Study, tracks: ClosedTracks, scenario: str, seed: int, o
         "cut_short": _spread(events.end_step < 0, study),
         "in_alarm_at_start": state.in_alarm_at_start[:, k],
         "detected": detected,
+        "detected_not_twin": detected & ~state.twin_in_alarm[:, k],
         "detection_delay_s": only((detection - start) * step_s, detected),
+        "alarm_ends_after_s": only((state.tail_end_step[:, k] - end[:, None]) * step_s, state.tail_end_step[:, k] >= 0),
         "deviation_at_detection_m": only(state.deviation_m, detected),
         **{name: state.counts[:, k, kind] for name, kind in _SAMPLES.items()},
-        "isolated_share": cells(_share(state.isolated_steps, attacked)),
+        "isolated_share": cells(_share(state.isolated_steps[..., ATTACK], attacked)),
         "time_to_retrust_s": only(
             (state.retrust_step - end[:, None]) * step_s,
-            (state.retrust_step >= 0) & (state.isolated_steps > 0),
+            (state.retrust_step >= 0) & (state.isolated_steps[..., ATTACK] > 0),
         ),
     }
-    errors = error_columns(state.squared_m2[:, :, ATTACK], attacked[:, None] + np.zeros(len(k), np.int32))
+    samples = attacked[:, None] + np.zeros(len(k), np.int32)
+    errors = error_columns(state.squared_m2[:, :, ATTACK], samples)
+    of_twin = error_columns(state.twin_squared_m2, samples)
+    line = state.first_step[..., LINE_TOUCHED]
     table |= {name: cells(figures) for name, figures in errors.items()}
     table |= {
         "max_cross_track_m": only(state.max_cross_m[:, :, ATTACK], (attacked > 0)[:, None]),
         "outcome": _outcome_names(outcome),
         "time_to_outcome_s": only((outcome_step - start) * step_s, outcome >= 0),
+        "time_to_line_s": only((line - start) * step_s, line >= 0),
+        "twin_outcome": _outcome_names(worst(state.twin_first_step)[0]),
+        "twin_rmse_xy_m": cells(of_twin["rmse_xy_m"]),
     }
     return _frame(table)
 
@@ -90,6 +114,7 @@ def vehicles_table(study: Study, tracks: ClosedTracks, scenario: str, seed: int)
         "arrive_s": _spread(only(tracks.arrive_s, tracks.arrived), study),
         "vehicle_seconds": _spread(settled * study.step_s, study),
         "scored_seconds": state.counts[:, k, TP : TN + 1].sum(axis=2) * study.sample_s,
+        "isolated_seconds": state.isolated_steps[..., LIFE] * study.step_s,
         "alarms": state.onsets[:, k, ALL],
         "false_alarms": state.onsets[:, k, FALSE],
         "rmse_xy_m": cells(rmse(squared[..., X] + squared[..., Y], settled[:, None] + np.zeros(len(k)))),

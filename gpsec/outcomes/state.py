@@ -24,27 +24,37 @@ class OutcomeState(NamedTuple):
     """Running sums of M track rows with K detectors and D defences.
 
     A track under an attack plan is forked by copying the row of the benign track, so that what was counted before
-    the attack is kept. A step is *scored* by a detector whose statistic is defined in it.
+    the attack is kept. A step is *scored* by a detector whose statistic is defined in it. The *tail* of an alarm is
+    what is left of it when the attack is over: no false alarm, but no true one either.
 
     Attributes:
         in_event: (M,) the track is under an attack plan and its attack has begun.
         steps: (M, 2) number of steps, of the settled life and under attack.
         left_out: (M,) number of further steps under attack, in which nothing is scored: the lane leads the other way.
-        counts: (M, K, 4) scored steps that are TP, FP, FN, TN: positive while attacked, negative otherwise.
+        counts: (M, K, 4) scored steps that are TP, FP, FN, TN: positive while attacked, negative otherwise; those of a
+            tail are none of them.
         onsets: (M, K, 2) alarms that were raised: all, and those raised while not attacked.
         in_alarm: (M, K) in alarm after the last step (of the settled life).
         in_alarm_at_start: (M, K) was in alarm already when the attack began.
         detection_step: (M, K) first step under attack that is in alarm, -1 where there is none.
         bin: (M, K) histogram bin of the statistic of the last step, -1 where it is not counted.
+        last_bin: (M, K) that of the last scored step, 0 where an alarm would have ended since; of benign tracks.
+        peak: (M, K) largest statistic under attack.
+        in_tail: (M, K) the alarm of the attack that is over has not ended.
+        tail_end_step: (M, K) first step after the attack without alarm, where there was one in its last step, else -1.
         squared_m2: (M, D, 2, 4) sums of squared errors x, y, cross-track, along-track; over life and attack.
         max_cross_m: (M, D, 2) largest absolute cross-track error; over life and attack.
         first_step: (M, D, 4) first step of each outcome since the attack began (plan 0: since settling), or -1.
         deviation_m: (M, D) absolute cross-track error in the step of detection by the defence's detector.
-        isolated_steps: (M, D) number of steps under attack in which GNSS was not used.
+        isolated_steps: (M, D, 2) number of steps in which GNSS was not used, of the settled life and under attack.
         retrust_step: (M, D) first step after the attack in which GNSS is used, -1 before.
         start_m: (M, 2) where the attack began.
         detected_m: (M, K, 2) where the vehicle was in `detection_step`.
         left_lane_m: (M, D, 2) where it was in the first step out of its lane.
+        twin: (M,) row of the same vehicle without an attack.
+        twin_in_alarm: (M, K) whether that was in alarm in some step in which this one was attacked.
+        twin_first_step: (M, D, 4) as `first_step`, of the twin in the same steps.
+        twin_squared_m2: (M, D, 4) as `squared_m2` under attack, of the twin in the same steps.
 
     """
 
@@ -57,15 +67,23 @@ class OutcomeState(NamedTuple):
     in_alarm_at_start: Flags = blank(False, "detectors")
     detection_step: Ints = blank(-1, "detectors")
     bin: Ints = blank(-1, "detectors")
+    last_bin: Ints = blank(0, "detectors")
+    peak: Floats = blank(0.0, "detectors")
+    in_tail: Flags = blank(False, "detectors")
+    tail_end_step: Ints = blank(-1, "detectors")
     squared_m2: Floats = blank(0.0, "defences", 2, 4)
     max_cross_m: Floats = blank(0.0, "defences", 2)
     first_step: Ints = blank(-1, "defences", 4)
     deviation_m: Floats = blank(0.0, "defences")
-    isolated_steps: Ints = blank(0, "defences")
+    isolated_steps: Ints = blank(0, "defences", 2)
     retrust_step: Ints = blank(-1, "defences")
     start_m: Floats = blank(0.0, 2)
     detected_m: Floats = blank(0.0, "detectors", 2)
     left_lane_m: Floats = blank(0.0, "defences", 2)
+    twin: Ints = blank(-1)
+    twin_in_alarm: Flags = blank(False, "detectors")
+    twin_first_step: Ints = blank(-1, "defences", 4)
+    twin_squared_m2: Floats = blank(0.0, "defences", 4)
 
 
 def worst(first_step: Ints) -> tuple[Ints, Ints]:

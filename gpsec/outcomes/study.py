@@ -17,6 +17,7 @@ class Study:
         plans: names of the attack plans; the first is no attack ("none").
         detectors: names of the K operating points: a detector, with its false-alarm rate where that is another one
             than the headline's.
+        rates: of the K operating points, empty where a threshold is not calibrated.
         defences: (operating point, response) of the D defences.
         profiles: names of the sensor profiles.
         thresholds: (profiles, K) of the detectors.
@@ -26,6 +27,7 @@ class Study:
 
     plans: tuple[str, ...]
     detectors: tuple[str, ...]
+    rates: tuple[str, ...]
     defences: tuple[tuple[str, str], ...]
     profiles: tuple[str, ...]
     thresholds: Floats

@@ -55,12 +55,15 @@ def print_summary(out: Path, console: Console) -> None:
         if (rows["n_events"] > 0).any():
             console.print(_detection(scenario, profile, rows, _attacks(runs, scenario), console))
         console.print(_false_alarms(scenario, profile, rows, console), markup=False, highlight=False)
+        if (rows["n_line_events"] > 0).any():
+            console.print(_before_the_line(scenario, profile, rows, console), markup=False, highlight=False)
     for (scenario, profile), rows in _groups(read_table(out, "localization"), ["scenario", "profile"]):
         if (rows["n_vehicles"] > 0).any():
             console.print(_localization(scenario, profile, rows, console))
     for (scenario, profile), rows in _groups(read_table(out, "safety"), ["scenario", "profile"]):
         if (rows["n_vehicles"] > 0).any():
             console.print(_safety(scenario, profile, rows, console))
+            console.print(_without_gnss(scenario, profile, rows, console), markup=False, highlight=False)
     console.print(_costs(runs, console))
 
 
@@ -150,6 +153,25 @@ def _false_alarms(scenario: str, profile: str, rows: pd.DataFrame, console: Cons
     return f"False alarms per vehicle-hour: {scenario}, profile {profile} ({hours})\n{_filled(rates, console)}\n"
 
 
+def _before_the_line(scenario: str, profile: str, rows: pd.DataFrame, console: Console) -> str:
+    """Say of each attack how many were seen before the undefended vehicle would have touched a line."""
+    said = [f"Seen before the undefended vehicle would have touched a line: {scenario}, profile {profile}"]
+    for (attack,), group in _groups(rows[~rows["detector"].isin(_BOUNDS)], ["attack"]):
+        events = int(group["n_line_events"].iloc[0])
+        if events:
+            shares = [f"{row['detector']} {row['seen_before_line_share']:.0%}" for row in group.to_dict("records")]
+            said.append(_filled([f"{attack} ({events}):", *shares], console))
+    return "\n".join(said) + "\n"
+
+
+def _without_gnss(scenario: str, profile: str, rows: pd.DataFrame, console: Console) -> str:
+    first = rows.drop_duplicates("defence")
+    name = "isolated_minutes_per_vehicle_hour"
+    said = [f"{row['defence']} {_number(row[name], '.2f')}" for row in first.to_dict("records")]
+    heading = f"Minutes without GNSS per vehicle-hour without an attack: {scenario}, profile {profile}"
+    return "\n".join([*rows["note"].dropna().unique(), heading, _filled(said, console), ""])
+
+
 def _localization(scenario: str, profile: str, rows: pd.DataFrame, console: Console) -> Group:
     paper = localization_like(scenario, profile)
     extra: dict[str, dict[str, str]] = {}
@@ -173,7 +195,7 @@ def _safety(scenario: str, profile: str, rows: pd.DataFrame, console: Console) -
     return _matrix(
         f"Vehicles that would have touched a line/left their lane/gone the wrong way/left the road: {where}",
         rows[rows["n_vehicles"] > 0],
-        lambda row: "/".join(str(row[outcome]) for outcome in OUTCOMES),
+        lambda row: "/".join(_number(row[outcome], ".0f") for outcome in OUTCOMES),
         {},
         "attack (vehicles); a vehicle that steered by its estimate, measured from the centre line of its lane",
         console,

@@ -11,7 +11,7 @@ import pandas as pd
 
 from gpsec.core.arrays import Ints, Longs
 from gpsec.core.geo import Projector
-from gpsec.outcomes.aggregates import detection_table, localization_table, safety_table
+from gpsec.outcomes.aggregates import Counts, detection_table, localization_table, safety_table
 from gpsec.outcomes.bands import bands_table
 from gpsec.outcomes.bootstrap import Bootstrap
 from gpsec.outcomes.curves import curves_table
@@ -49,6 +49,7 @@ class Findings:
         study: names of plans, detectors, defences, profiles.
         tracks: ordered by vehicle and plan.
         histogram: (P, profiles, K, 2, BINS) counts of statistics, of samples not attacked and attacked.
+        rises: (profiles, K, BINS), see `histograms.count`.
         bands: (P, profiles, D, 2, …) counts of errors by the second of the attack.
         origin_s: simulated time of step 0.
 
@@ -57,6 +58,7 @@ class Findings:
     study: Study
     tracks: ClosedTracks
     histogram: Longs
+    rises: Longs
     bands: Ints
     origin_s: float
 
@@ -68,9 +70,9 @@ def write_tables(folder: Path, scenario: str, found: Findings, bootstrap: Bootst
     """
     study, tracks, histogram, origin_s = found.study, found.tracks, found.histogram, found.origin_s
     tables = {
-        "detection": detection_table(study, tracks, histogram, scenario, bootstrap),
+        "detection": detection_table(study, tracks, Counts(histogram, found.rises), scenario, bootstrap),
         "localization": localization_table(study, tracks, scenario, bootstrap),
-        "safety": safety_table(study, tracks, scenario, bootstrap.confidence),
+        "safety": safety_table(study, tracks, scenario, bootstrap),
         "events": events_table(study, tracks, scenario, bootstrap.seed, origin_s),
         "vehicles": vehicles_table(study, tracks, scenario, bootstrap.seed),
         "curves": curves_table(study, tracks, histogram, scenario),
@@ -91,5 +93,6 @@ def _as_text(table: pd.DataFrame) -> pd.DataFrame:
 
 def read_table(folder: Path, name: str) -> pd.DataFrame:
     """Return one of `TABLES` from `folder`; names are texts, and only empty cells are missing."""
-    texts = ("scenario", "vehicle_id", "vehicle_type", "profile", "attack", "defence", "detector", "response", "by")
+    texts = ["scenario", "vehicle_id", "vehicle_type", "profile", "attack", "defence", "detector", "response"]
+    texts += ["by", "rate", "note"]
     return pd.read_csv(folder / f"{name}.csv", dtype=dict.fromkeys(texts, str), keep_default_na=False, na_values=[""])

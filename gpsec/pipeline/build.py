@@ -13,6 +13,7 @@ from gpsec.attacks.zones import plans_from_zones, zone_keys
 from gpsec.detection.base import Detection
 from gpsec.detection.models import build_detectors, load_models, thresholds_for
 from gpsec.detection.pairing import Sampling
+from gpsec.detection.registry import DETECTORS
 from gpsec.filters.noise import noise_table
 from gpsec.hdmap.arrays import MapView
 from gpsec.hdmap.map import HDMap, load_map
@@ -105,6 +106,7 @@ def make_detection(scenario: Scenario, ground: Ground) -> Detection:
     built = dict(zip(names, build_detectors(names, profiles, association, models), strict=True))
     return Detection(
         names=tuple(point_name(*point) for point in points),
+        rates=tuple(rate if DETECTORS[name].threshold is None else "" for name, rate in points),
         detectors=tuple(built[name] for name, _ in points),
         thresholds=thresholds_for(points, profiles, association, models),
         scale_m=np.array([residual_sigma_m(PROFILES[name]) for name in profiles]),

@@ -149,6 +149,7 @@ class _Run:
         study = Study(
             tuple(names),
             detection.names,
+            detection.rates,
             tuple(defences),
             ground.choice.profiles,
             detection.thresholds,

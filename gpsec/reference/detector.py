@@ -3,8 +3,9 @@
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
-from gpsec.detection.alarm import GAP_S, HOLD_S
+from gpsec.detection.alarm import GAP_S
 from gpsec.reference.sight import Sight
+from gpsec.types.points import HOLD_S
 
 
 @dataclass(frozen=True)

@@ -167,7 +167,7 @@ def outcome_shares(run: Results) -> Figure:
     keys = ["scenario", "profile", "attack"]
     for names, rows in run.safety.groupby(keys, sort=False, observed=True):
         scenario, profile, attack = map(str, names)
-        if not (rows["n_vehicles"] > 0).all():
+        if not (rows["n_vehicles"] > 0).all() or rows[OUTCOMES[0]].isna().any():
             continue
         ordered = rows.iloc[rows["defence"].astype(str).map(order).argsort()]
         for number, outcome in enumerate(OUTCOMES):
@@ -182,7 +182,7 @@ def outcome_shares(run: Results) -> Figure:
                     ordered[f"{share}_hi"].tolist(),
                     colour=_SEVERITY[number],
                     where={"group": group_name(scenario, profile), "attack": attack},
-                    text=[f"{count} of {of}" for count, of in zip(ordered[outcome], total, strict=True)],
+                    text=[f"{count:.0f} of {of}" for count, of in zip(ordered[outcome], total, strict=True)],
                 )
             )
     return Figure(

@@ -66,6 +66,10 @@ def verdicts(run: Results) -> list[Verdict]:
         scenario, profile = map(str, names)
         if not (safety["n_vehicles"] > 0).any():
             continue
+        notes = safety["note"].dropna().unique()
+        if len(notes):
+            found.append(Verdict(group_name(scenario, profile), [f"{notes[0]}."], [], [], 0.0, {}))
+            continue
         rates = detection[scenario, profile].to_dict("records")
         seen = {(row["attack"], row["detector"]): row for row in rates}
         here = set(safety["defence"])

@@ -8,12 +8,13 @@ import numpy as np
 
 from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
-from gpsec.detection.alarm import GAP_S, HOLD_S
+from gpsec.detection.alarm import GAP_S
 from gpsec.detection.base import Detector
 from gpsec.detection.logs import Grid
 from gpsec.testing.contract import STEP_S, require
 from gpsec.testing.detector_bench import CASE_PROFILES, DetectorCase, observe, take
 from gpsec.testing.residuals import SCALE_M, benign, make_log, noiseless, spoofed, with_gap
+from gpsec.types.points import HOLD_S
 
 
 def check_detector(build: Callable[[Sequence[str]], Detector], threshold: float, slack: float = 1.0) -> None:

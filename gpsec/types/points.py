@@ -5,6 +5,12 @@ import re
 _RATE = re.compile(r"@[^+_]+")
 HEADLINE_RATE = "0.1/h"
 """The rate that one would drive with, and that a defence has where a scenario states none."""
+HOLD_S = 5.0
+"""For how long an alarm is held without a score.
+
+It outlasts most junctions, so that a vehicle that is being spoofed is not handed back to GNSS inside one; what a false
+alarm costs there is some seconds of dead reckoning.
+"""
 PER_SAMPLE = "1e-3/sample"
 """The rate at which detectors are compared with the paper's."""
 

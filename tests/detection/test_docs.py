@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from gpsec.detection import forest_training
-from gpsec.detection.alarm import GAP_S, HOLD_S
+from gpsec.detection.alarm import GAP_S
 from gpsec.detection.calibration import MAX_ROUNDS, MIN_EVENTS, RATES
 from gpsec.detection.chi_square import ChiSquare
 from gpsec.detection.cusum import Cusum
@@ -19,6 +19,7 @@ from gpsec.detection.lstm_glr import DECAYS, LstmGlr
 from gpsec.detection.registry import DETECTORS
 from gpsec.scenario import parts
 from gpsec.testing import DETECTOR_CHECKS, check_detector
+from gpsec.types.points import HOLD_S
 from tests.clones import Clone
 
 ROOT = Path(__file__).parents[2]

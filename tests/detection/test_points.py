@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from gpsec.core.tables import Table
-from gpsec.detection.alarm import HOLD_S
 from gpsec.detection.base import Observation
 from gpsec.detection.models import ProfileModel, build_detectors
 from gpsec.detection.points import Watch
 from gpsec.detection.registry import DETECTORS
 from gpsec.types.answers import Answers
+from gpsec.types.points import HOLD_S
 
 NAMES = [name for name in DETECTORS if DETECTORS[name].threshold is None]
 ROWS, STEPS, STEP_S = 24, 900, 0.1

@@ -49,6 +49,7 @@ class Scene:
         study = Study(
             names["plan_names"],
             names["detector_names"],
+            tuple("" if name in ("never", "told") else "0.1/h" for name in names["detector_names"]),
             names["defences"],
             names["profile_names"],
             thresholds,

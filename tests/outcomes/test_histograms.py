@@ -4,7 +4,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sklearn.metrics import average_precision_score, roc_auc_score
 
-from gpsec.outcomes.histograms import BINS, PER_OCTAVE, areas, bin_of, negatives
+from gpsec.outcomes.histograms import BINS, PER_OCTAVE, areas, bin_of, matched, negatives
+
+from .scene import Scene
 
 
 def histogram(values, weight=1):
@@ -67,13 +69,41 @@ def test_areas_need_both_classes():
     assert areas(histogram([1.0]).astype(float), np.zeros(BINS)) is None
 
 
-def test_negatives_are_exact_after_the_attack_and_benign_before():
-    benign, after = histogram([1.0] * 30 + [2.0] * 10), histogram([4.0] * 5)
-    weights = negatives(benign, after, scored=25)
-    assert weights.sum() == pytest.approx(25.0)
-    assert [weights[bin_of(s)] for s in (1.0, 2.0, 4.0)] == [15.0, 5.0, 5.0]
+def test_negatives_are_distributed_as_without_an_attack():
+    weights = negatives(histogram([1.0] * 30 + [2.0] * 10), scored=20)
+    assert [weights[bin_of(s)] for s in (1.0, 2.0, 4.0)] == [15.0, 5.0, 0.0]
+    assert not negatives(np.zeros(BINS, np.int64), scored=9).any()
 
 
-def test_negatives_without_benign_vehicles():
-    after = histogram([4.0] * 5)
-    np.testing.assert_array_equal(negatives(np.zeros(BINS, np.int64), after, scored=9), after)
+def test_a_matched_threshold_has_the_false_alarms_that_are_allowed():
+    # 10,000 benign samples, ten of them at 4 and five at 8; of the attacked ones a half at 8, a quarter at 4.
+    benign = histogram([1.0] * 9985 + [4.0] * 10 + [8.0] * 5)
+    attacked = histogram([8.0] * 50 + [4.0] * 25 + [1.0] * 25)
+    found = matched(benign, attacked, allowed=10.0)
+    assert found is not None
+    assert 4.0 < found.threshold < 4.1  # the bin of 4 is over: with it there would be 15
+    assert found.recall == 0.5
+    assert matched(benign, attacked, allowed=15.0).recall == 0.75
+    assert matched(benign, attacked, allowed=4.0) is None  # too few to tell
+    assert matched(benign, np.zeros(BINS, np.int64), allowed=10.0) is None
+
+
+def test_alarms_at_any_threshold_follow_from_the_rises():
+    # The statistic of a benign vehicle: a threshold of 1.5 would raise three alarms, one of 3 two, one of 6 one.
+    scene = Scene(capacity=2)
+    for step, value in enumerate([1.0, 2.0, 2.5, 1.0, 4.0, 1.0, 1.0, 8.0, 5.0]):
+        scene.statistic[0, 0] = value
+        scene.observe(step, [0])
+    raised = np.cumsum(scene.outcomes.rises[0, 0, ::-1])[::-1]
+    assert [raised[bin_of(threshold)] for threshold in (1.5, 3.0, 6.0, 9.0)] == [3, 2, 1, 0]
+
+
+@pytest.mark.parametrize(("pause", "alarms"), [(50, 1), (51, 2)])
+def test_an_alarm_is_one_alarm_while_it_is_held(pause, alarms):
+    scene = Scene(capacity=2)
+    for step in range(pause + 2):
+        scene.scored[0] = step in (0, pause + 1)
+        scene.answers.unscored_steps[0] = 0 if scene.scored[0, 0] else step
+        scene.statistic[0, 0] = 4.0 * scene.scored[0, 0]
+        scene.observe(step, [0])
+    assert np.cumsum(scene.outcomes.rises[0, 0, ::-1])[::-1][bin_of(3.0)] == alarms

@@ -185,7 +185,7 @@ def test_an_undefined_interval_is_left_out(tmp_path):
     text = printed(story(tmp_path, {}))
     row = next(line for line in text.splitlines() if "0.82/0.95/0.88" in line)
     # Precision and delay are of one vehicle of the two that were attacked.
-    assert row.split()[:3] == ["constant_bias", "cusum", "0.60"]
+    assert row.split()[:3] == ["constant_bias", "cusum", "0.75"]
     assert row.split()[-3:] == ["0.10", "0.82/0.95/0.88", "0.2"]
     assert "nan" not in text
 

@@ -29,21 +29,27 @@ def one(table, **where):
 
 def test_detection(tables):
     row = one(tables["detection"], profile="dsd", attack="constant_bias", detector="cusum")
-    # a: TP 3 (5, 6, 7), FN 1 (4), FP 2 (2, 8), TN 4; b: FN 6, TN 4.
+    # a: TP 3 (5, 6, 7), FN 1 (4), FP 1 (2), TN 4, and 8 is the tail; b: FN 6, TN 4.
     assert row["n_events"] == 2
-    assert row["precision"] == pytest.approx(3 / 5)
+    assert row["precision"] == pytest.approx(3 / 4)
     assert row["recall"] == pytest.approx(3 / 10)
-    assert row["f1"] == pytest.approx(2 * 0.6 * 0.3 / 0.9)
-    assert row["false_positive_rate"] == pytest.approx(2 / 10)
+    assert row["f1"] == pytest.approx(2 * 0.75 * 0.3 / 1.05)
+    assert row["false_positive_rate"] == pytest.approx(1 / 9)
+    # The alarm of a ends in step 9, the attack in step 8.
+    assert row["alarm_ends_after_mean_s"] == pytest.approx(0.1)
+    # The twin of a is in alarm in step 2, which is before. Undefended, a touches the line in step 4, and is seen in 5.
+    assert row["detected_not_twin_share"] == 0.5
+    assert (row["n_line_events"], row["seen_before_line_share"]) == (1, 0.0)
     assert [row["delay_mean_s"], row["delay_median_s"], row["delay_p95_s"]] == pytest.approx([0.1] * 3)
     assert row["detected_share"] == 0.5
     # One false alarm in 2 vehicles · 1 s.
     assert row["false_alarms_per_vehicle_hour"] == pytest.approx(1800.0)
     assert row["vehicle_hours"] == pytest.approx(2 / 3600)
-    # Statistic 2 in alarm, else 1. Positives: 3 and 7. Negatives after the attack 1 and 1, and 8 before it like the
-    # benign ones (1 of 20 in alarm): 1.4 and 8.6.
-    assert row["roc_auc"] == pytest.approx((3 * (8.6 + 0.7) + 7 * 4.3) / 100)
-    assert row["pr_auc"] == pytest.approx(0.3 * 3 / 4.4 + 0.7 * 10 / 20)
+    # Statistic 2 in alarm, else 1. Positives: 3 and 7. Negatives: 9 like the benign ones (1 of 20): 0.45, 8.55.
+    assert row["roc_auc"] == pytest.approx((3 * (8.55 + 0.225) + 7 * 4.275) / 90)
+    assert row["pr_auc"] == pytest.approx(0.3 * 3 / 3.45 + 0.7 * 10 / 19)
+    # At 0.1 an hour, two seconds of benign driving tell nothing of a threshold.
+    assert np.isnan(row["matched_threshold"])
     assert row["threshold"] == 1.0
     # Resampled fleets hold a twice, a and b, or b twice; b alone has neither precision nor delay, so that these are
     # of one vehicle.
@@ -245,7 +251,7 @@ def test_a_run_without_vehicles_writes_headers_and_empty_cells(tmp_path):
     assert counts == dict.fromkeys(TABLES, 0) | filled
     detection = read_table(tmp_path, "detection")
     known = detection.drop(columns=["scenario", "profile", "attack", "detector", "n_events"])
-    assert known.drop(columns=["vehicle_hours", "threshold"]).isna().all(axis=None)
+    assert known.drop(columns=["vehicle_hours", "threshold", "rate", "n_line_events"]).isna().all(axis=None)
     assert (read_table(tmp_path, "safety")["line_touched_share"].isna()).all()
 
 
@@ -350,3 +356,44 @@ def test_a_scored_sample_stands_for_a_tenth_of_a_second_at_a_short_step(tmp_path
     scene.outcomes.write(tmp_path, "lane", 1, replicates=2)
     table = read_table(tmp_path, "vehicles")
     assert table[["vehicle_seconds", "scored_seconds"]].to_numpy() == pytest.approx(1.0)
+
+
+def caused(folder, *, honest_m):
+    """Ten vehicles, one of them attacked; it is 1 m off, all others `honest_m`: over 0.85 m they touch a line."""
+    scene = Scene(capacity=11)
+    for step in range(4):
+        if step == 2:
+            scene.fork(0, 10, 1, step)
+        scene.estimate_m[:, :, 1] = honest_m
+        scene.estimate_m[10, :, 1] = 1.0
+        scene.isolated[0, 0] = step < 2
+        scene.alarm[0, 0] = step == 3
+        scene.alarm[10, 0] = True
+        scene.observe(step, list(range(10)) + [10] * (step >= 2))
+    for row in range(10):
+        scene.close(row, f"v{row}")
+    scene.close(10, "v0")
+    scene.outcomes.write(folder, "lane", 1, replicates=20)
+    return folder
+
+
+def test_what_an_attack_caused_is_what_its_twin_has_not(tmp_path):
+    folder = caused(tmp_path, honest_m=0.5)
+    row = one(read_table(folder, "safety"), profile="dsd", attack="constant_bias", defence="cusum+ukf")
+    assert (row["line_touched"], row["line_touched_caused_share"], row["out_of_lane_caused_share"]) == (1, 1.0, 0.0)
+    # Two steps of forty without GNSS: 3 minutes in an hour.
+    assert row["isolated_minutes_per_vehicle_hour"] == pytest.approx(3.0)
+    detection = one(read_table(folder, "detection"), profile="dsd", attack="constant_bias", detector="cusum")
+    assert (detection["detected_share"], detection["detected_not_twin_share"]) == (1.0, 0.0)
+    localization = one(read_table(folder, "localization"), profile="dsd", attack="constant_bias", defence="cusum+ukf")
+    assert (localization["rmse_xy_m"], localization["twin_rmse_xy_m"]) == (1.0, 0.5)
+    event = one(read_table(folder, "events"), defence="cusum+ukf")
+    assert (event["outcome"], event["twin_outcome"], event["time_to_line_s"]) == ("line_touched", "none", 0.0)
+
+
+def test_outcomes_are_left_out_where_honest_vehicles_touch_a_line(tmp_path):
+    safety = read_table(caused(tmp_path, honest_m=0.9), "safety")
+    mine = safety[safety["profile"] == "dsd"]
+    assert mine[["line_touched", "out_of_lane_share", "line_touched_caused_share"]].isna().all(axis=None)
+    assert mine["note"].str.startswith("100% of the honest undefended vehicles touch a line").all()
+    assert mine["isolated_minutes_per_vehicle_hour"].notna().all()

@@ -126,6 +126,7 @@ def detection_for(profiles: Sequence[str], step_s: float) -> Detection:
     )
     return Detection(
         names=tuple(detector.name for detector in detectors),
+        rates=tuple("" if detector.name in ("never", "told") else "0.1/h" for detector in detectors),
         detectors=detectors,
         thresholds=np.tile([4.0, 6.0, 0.62, 4.0, 4.0, 6.0, 0.5, 0.5], (len(profiles), 1)),
         scale_m=np.array([residual_sigma_m(PROFILES[name]) for name in profiles]),

@@ -36,6 +36,7 @@ from gpsec.types.vehicles import Vehicles
 STUDY = Study(
     ("none", "drift", "noise"),
     ("never", "cusum", "lstm_glr"),
+    ("", "0.1/h", "0.1/h"),
     (("never", "none"), ("cusum", "ukf"), ("lstm_glr", "ukf"), ("lstm_glr", "none")),
     ("carla",),
     np.zeros((1, 3)),
