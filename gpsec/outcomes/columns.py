@@ -9,6 +9,7 @@ import pandas as pd
 
 from gpsec.core.arrays import Flags
 from gpsec.core.errors import GpsecError, shown
+from gpsec.outcomes.lanes import JUDGED_PLACES, PHASES
 from gpsec.outcomes.places import ATTACK_BEGAN, DETECTED, LEFT_LANE
 from gpsec.outcomes.state import OUTCOMES
 from gpsec.outcomes.tables import read_table
@@ -60,11 +61,17 @@ COLUMNS = {
         *(f"{way}_track_{part}_m" for way in ("cross", "along") for part in ("p05", "median", "p95")),
     ),
     "places": (*_OWNER[:3], *_GROUP[1:], "what", "by", "time_s", "x_m", "y_m", "lon_deg", "lat_deg"),
+    "association": (
+        *(*_GROUP, "phase", "association", "steps", "unknown_share", "unmatched_share"),
+        *(f"{place}_{what}" for place in JUDGED_PLACES for what in ("steps", "right_share")),
+        *("lane_changes", "right_within_100_ms_share", "right_within_500_ms_share"),
+    ),
 }
-TEXTS = {*_OWNER, "rate", "note", "outcome", "twin_outcome", "what", "by"} - {"seed"}
+TEXTS = {*_OWNER, "rate", "note", "outcome", "twin_outcome", "what", "by", "phase", "association"} - {"seed"}
 FLAGS = {"cut_short", "in_alarm_at_start", "detected", "detected_not_twin"}
 COUNTS = {
     *("seed", "n_events", "n_vehicles", "n_line_events", "alarms", "false_alarms"),
+    *("steps", "lane_changes", *(f"{place}_steps" for place in JUDGED_PLACES)),
     *("true_positives", "false_positives", "false_negatives", "true_negatives"),
 }
 # Texts that are one of a few.
@@ -72,6 +79,7 @@ _KNOWN = {
     "outcome": {"none", *OUTCOMES},
     "twin_outcome": {"none", *OUTCOMES},
     "what": {ATTACK_BEGAN, DETECTED, LEFT_LANE},
+    "phase": {*PHASES},
 }
 # What may be empty of the texts. Numbers may be empty but for these.
 _OPTIONAL = {"by", "rate", "note"}

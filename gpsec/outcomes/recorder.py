@@ -9,12 +9,13 @@ from gpsec.core.arrays import Ints
 from gpsec.core.geo import Projector
 from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
-from gpsec.hdmap.arrays import LaneSides
+from gpsec.hdmap.arrays import Roads
 from gpsec.outcomes.accumulate import add_step
 from gpsec.outcomes.bands import add_bands, empty_bands, stride
 from gpsec.outcomes.bootstrap import Bootstrap
 from gpsec.outcomes.events import ClosedTracks
 from gpsec.outcomes.histograms import BINS, count
+from gpsec.outcomes.lanes import Judge, judge_lanes, no_counts
 from gpsec.outcomes.state import OutcomeState
 from gpsec.outcomes.study import Study
 from gpsec.outcomes.tables import Findings, write_tables
@@ -36,10 +37,11 @@ class Outcomes:
         histogram: (P, profiles, K, 2, BINS) counts of statistics, of samples not attacked and attacked.
         rises: (profiles, K, BINS) from which the alarms of benign vehicles at any threshold follow.
         bands: (P, profiles, D, 2, …) counts of errors by the second of the attack, see `outcomes.bands`.
+        lanes: (P, profiles, 3, …) counts of steps on the right lane and not, see `outcomes.lanes`.
 
     """
 
-    def __init__(self, study: Study, lane_sides: LaneSides) -> None:
+    def __init__(self, study: Study, roads: Roads) -> None:
         plans, profiles, detectors = len(study.plans), len(study.profiles), len(study.detectors)
         self.study = study
         self.table = Table(OutcomeState, detectors=detectors, defences=len(study.defences))
@@ -48,7 +50,8 @@ class Outcomes:
         self.rises = np.zeros((profiles, detectors, BINS), np.int64)
         self._stride = stride(study.step_s)
         self._hold_steps = int(HOLD_S / study.step_s + 1e-9)
-        self._sides = lane_sides
+        self.lanes = no_counts(plans, profiles)
+        self._judge = Judge.on(roads, study.step_s)
         self._origin_s = 0.0
         self._closed: list[ClosedTracks] = []
         self._just_closed: list[ClosedTracks] = []
@@ -69,11 +72,11 @@ class Outcomes:
         of_vehicle[tracks.vehicle[benign]] = benign
         sums.twin[rows] = of_vehicle[tracks.vehicle[rows]]
         self._origin_s = round(view.time_s - view.step * view.step_s, 6)
-        threads.run(
-            add_step, rows, view.step, tracks, vehicles, view.answers, sums, self._sides, self.study.detector_of
-        )
+        sides, detector = self._judge.roads.sides, self.study.detector_of
+        threads.run(add_step, rows, view.step, tracks, vehicles, view.answers, sums, sides, detector)
         unscored = view.answers.unscored_steps
         count(rows, tracks, vehicles, sums, unscored, self._hold_steps, self.histogram, self.rises)
+        judge_lanes(rows, self._judge, tracks, vehicles, view.seen, sums, self.lanes)
         add_bands(rows, view.step, self._stride, tracks, vehicles, view.answers.estimate_m, self.bands)
 
     def close(self, rows: Ints, tracks: Tracks, people: Sequence[Identity], ended_s: float | None) -> None:
@@ -108,5 +111,6 @@ class Outcomes:
 
         `projector` is that of the net; without one, the net counts as one without a projection.
         """
-        findings = Findings(self.study, self.tracks(), self.histogram, self.rises, self.bands, self._origin_s)
+        found = self.histogram, self.rises, self.bands, self.lanes
+        findings = Findings(self.study, self.tracks(), *found, self._origin_s)
         write_tables(folder, scenario, findings, Bootstrap(seed, replicates, confidence), projector or Projector("!"))

@@ -55,6 +55,9 @@ class OutcomeState(NamedTuple):
         twin_in_alarm: (M, K) whether that was in alarm in some step in which this one was attacked.
         twin_first_step: (M, D, 4) as `first_step`, of the twin in the same steps.
         twin_squared_m2: (M, D, 4) as `squared_m2` under attack, of the twin in the same steps.
+        camera_lane: (M,) lane that the camera showed in the last step, -1 before the first.
+        changed_steps: (M,) steps since that went over to the lane beside, -1 where it never did.
+        right_soon: (M,) the lane that was believed soon after that was the right one.
 
     """
 
@@ -84,6 +87,9 @@ class OutcomeState(NamedTuple):
     twin_in_alarm: Flags = blank(False, "detectors")
     twin_first_step: Ints = blank(-1, "defences", 4)
     twin_squared_m2: Floats = blank(0.0, "defences", 4)
+    camera_lane: Ints = blank(-1)
+    changed_steps: Ints = blank(-1)
+    right_soon: Flags = blank(False)
 
 
 def worst(first_step: Ints) -> tuple[Ints, Ints]:

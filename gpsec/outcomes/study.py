@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from gpsec.core.arrays import Floats, Ints
+from gpsec.types.constants import ASSOCIATIONS
 from gpsec.types.tracks import SAMPLE_S
 
 
@@ -22,6 +23,7 @@ class Study:
         profiles: names of the sensor profiles.
         thresholds: (profiles, K) of the detectors.
         step_s: length of a step.
+        association: how vehicles know their lane.
 
     """
 
@@ -32,6 +34,7 @@ class Study:
     profiles: tuple[str, ...]
     thresholds: Floats
     step_s: float
+    association: str = ASSOCIATIONS[0]
 
     @property
     def sample_s(self) -> float:

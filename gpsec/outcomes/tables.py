@@ -16,11 +16,12 @@ from gpsec.outcomes.bands import bands_table
 from gpsec.outcomes.bootstrap import Bootstrap
 from gpsec.outcomes.curves import curves_table
 from gpsec.outcomes.events import ClosedTracks
+from gpsec.outcomes.lanes import association_table
 from gpsec.outcomes.places import places_table
 from gpsec.outcomes.records import events_table, vehicles_table
 from gpsec.outcomes.study import Study
 
-TABLES = ("detection", "localization", "safety", "events", "vehicles", "curves", "error_bands", "places")
+TABLES = ("detection", "localization", "safety", "events", "vehicles", "curves", "error_bands", "places", "association")
 # Those that grow with the number of vehicles.
 LARGE_TABLES = ("events", "vehicles", "places")
 STEP_LOG = "steps.parquet"
@@ -51,6 +52,7 @@ class Findings:
         histogram: (P, profiles, K, 2, BINS) counts of statistics, of samples not attacked and attacked.
         rises: (profiles, K, BINS), see `histograms.count`.
         bands: (P, profiles, D, 2, …) counts of errors by the second of the attack.
+        lanes: (P, profiles, 3, …) counts of steps on the right lane and not.
         origin_s: simulated time of step 0.
 
     """
@@ -60,6 +62,7 @@ class Findings:
     histogram: Longs
     rises: Longs
     bands: Ints
+    lanes: Longs
     origin_s: float
 
 
@@ -78,6 +81,7 @@ def write_tables(folder: Path, scenario: str, found: Findings, bootstrap: Bootst
         "curves": curves_table(study, tracks, histogram, scenario),
         "error_bands": bands_table(study, found.bands, scenario),
         "places": places_table(study, tracks, scenario, bootstrap.seed, origin_s, projector),
+        "association": association_table(study, found.lanes, scenario),
     }
     for name, table in tables.items():
         with whole(folder / f"{name}.csv") as partial:
@@ -94,5 +98,5 @@ def _as_text(table: pd.DataFrame) -> pd.DataFrame:
 def read_table(folder: Path, name: str) -> pd.DataFrame:
     """Return one of `TABLES` from `folder`; names are texts, and only empty cells are missing."""
     texts = ["scenario", "vehicle_id", "vehicle_type", "profile", "attack", "defence", "detector", "response"]
-    texts += ["by", "rate", "note"]
+    texts += ["by", "rate", "note", "phase", "association"]
     return pd.read_csv(folder / f"{name}.csv", dtype=dict.fromkeys(texts, str), keep_default_na=False, na_values=[""])

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from gpsec.core.arrays import Ints
 from gpsec.types.answers import Answers
 from gpsec.types.tracks import Tracks
-from gpsec.types.vehicles import Vehicles
+from gpsec.types.vehicles import Measurements, Vehicles
 
 
 @dataclass(frozen=True)
@@ -16,6 +16,7 @@ class StepView:
         step: number of the step; step_s: its length; time_s: simulated time after it.
         rows: (m,) track rows in use.
         tracks, vehicles: the fleet; `tracks.vehicle[row]` is the vehicle row.
+        seen: what the sensors gave.
         answers: of detectors and defences.
 
     """
@@ -26,4 +27,5 @@ class StepView:
     rows: Ints
     tracks: Tracks
     vehicles: Vehicles
+    seen: Measurements
     answers: Answers

@@ -4,7 +4,7 @@ import json
 import platform
 import subprocess
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +32,7 @@ class Counts:
         peak_vehicles: most vehicles of the fleet at once; peak_on_road: most in the simulation, equipped or not.
         sumo_s, read_s: wall-clock seconds in SUMO's steps, and in reading them.
         compile_s: wall-clock seconds of compiling kernels inside the loop; they count for no stage.
+        right_lane_share: share of the honest steps on roads on which each profile believed to be on the right lane.
         loop_s, total_s: wall-clock seconds of the loop, and of everything from loading to the tables.
 
     """
@@ -48,6 +49,7 @@ class Counts:
     sumo_s: float = 0.0
     read_s: float = 0.0
     compile_s: float = 0.0
+    right_lane_share: dict[str, float] = field(default_factory=dict)
     loop_s: float = 0.0
     total_s: float = 0.0
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Protocol
 
+import numpy as np
 from threadpoolctl import threadpool_limits
 
 from gpsec.attacks.plans import NO_ATTACK
@@ -16,6 +17,7 @@ from gpsec.core.progress import Progress, Report
 from gpsec.core.stopwatch import Stopwatch
 from gpsec.core.threads import Threads
 from gpsec.detection.base import Detection
+from gpsec.outcomes.lanes import honest_shares
 from gpsec.outcomes.recorder import Outcomes
 from gpsec.outcomes.state import OutcomeState
 from gpsec.outcomes.steps import StepLog
@@ -154,8 +156,9 @@ class _Run:
             ground.choice.profiles,
             detection.thresholds,
             session.step_s,
+            scenario.fleet.association,
         )
-        self.outcomes = Outcomes(study, ground.hd_map.sides)
+        self.outcomes = Outcomes(study, ground.hd_map.roads(np.zeros(1, np.int32)))
         self.onlooker = onlooker
         if onlooker is not None:
             onlooker.begin(self.outcomes.study)
@@ -215,6 +218,7 @@ class _Run:
         self.watch.lap("files")
         self.counts.sumo_s, self.counts.read_s = session.sumo_s, session.read_s
         self.counts.compile_s = self.watch.compile_s
+        self.counts.right_lane_share = honest_shares(self.outcomes.study, self.outcomes.lanes)
         session.close()
         for note in input_warnings(session.warnings):
             self._say(note, "writing tables")
@@ -264,6 +268,7 @@ class _Run:
             rows=loop.track_rows,
             tracks=loop.tracks,
             vehicles=loop.vehicles,
+            seen=loop.seen,
             answers=answers,
         )
         self.outcomes.observe(view, self.threads)

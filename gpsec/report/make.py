@@ -12,6 +12,7 @@ from gpsec.core.version import __version__
 from gpsec.report.figure_data import group_name
 from gpsec.report.figures import all_figures
 from gpsec.report.formatting import seconds
+from gpsec.report.lanes import association_tables
 from gpsec.report.map import map_figure
 from gpsec.report.page import render, write_page
 from gpsec.report.stories import Story, choose_stories, reference_defence
@@ -58,6 +59,7 @@ def write_report(run: Results, steps: Steps | None = None, path: Path | None = N
             "detection": detection_tables(run),
             "localization": localization_tables(run),
             "safety": safety_tables(run),
+            "association": association_tables(run),
         },
         version=__version__,
     )

@@ -73,7 +73,7 @@ def detection_tables(run: Results) -> list[ReportTable]:
     """Return Table I's form: attack × detector, the paper's rows where it has them."""
     made = []
     compared = run.detection[(run.detection["n_events"] > 0) & ~run.detection["detector"].isin(BOUNDS)]
-    for (scenario, profile), rows in _groups(compared):
+    for (scenario, profile), rows in by_group(compared):
         attacks = {plan["name"]: plan["attack"] for plan in run.manifest(scenario).get("plans", [])}
         lines = []
         for row in rows:
@@ -103,7 +103,7 @@ def localization_tables(run: Results) -> list[ReportTable]:
     """Return the form of Tables II to IV: attack × defence, the paper's rows where its set-up is like ours."""
     made = []
     order = {name: i for i, name in enumerate(defences_of(run))}
-    for (scenario, profile), rows in _groups(run.localization[run.localization["n_vehicles"] > 0]):
+    for (scenario, profile), rows in by_group(run.localization[run.localization["n_vehicles"] > 0]):
         lines = []
         for row in _undefended_first(rows, order):
             cells = [*(_measured(row, name) for name in _ERRORS.values())]
@@ -128,7 +128,7 @@ def safety_tables(run: Results) -> list[ReportTable]:
     """Return how many vehicles would have reached each outcome: attack × defence."""
     made = []
     order = {name: i for i, name in enumerate(defences_of(run))}
-    for (scenario, profile), rows in _groups(run.safety[run.safety["n_vehicles"] > 0]):
+    for (scenario, profile), rows in by_group(run.safety[run.safety["n_vehicles"] > 0]):
         lines = []
         for row in _undefended_first(rows, order):
             cells = [TableCell(str(row["n_vehicles"]))]
@@ -148,7 +148,7 @@ def safety_tables(run: Results) -> list[ReportTable]:
     return made
 
 
-def _groups(table: pd.DataFrame) -> Iterable[tuple[tuple[str, str], list[Record]]]:
+def by_group(table: pd.DataFrame) -> Iterable[tuple[tuple[str, str], list[Record]]]:
     """Return the rows of each scenario and profile."""
     found: dict[tuple[str, str], list[Record]] = {}
     for row in table.to_dict("records"):

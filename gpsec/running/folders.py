@@ -7,7 +7,10 @@ from gpsec.core.errors import GpsecError, shown
 from gpsec.core.system import in_a_sentence
 from gpsec.types.constants import MANIFEST, REPORT
 
-_TABLES = ("detection", "localization", "safety", "events", "vehicles", "curves", "error_bands", "places")
+_TABLES = (
+    *("detection", "localization", "safety", "events", "vehicles", "curves", "error_bands", "places"),
+    "association",
+)
 _AS_PARQUET = ("events.parquet", "vehicles.parquet", "places.parquet")
 _WRITTEN_BY_RUNS = (MANIFEST, REPORT, *(f"{table}.csv" for table in _TABLES), *_AS_PARQUET)
 # What each scenario has one of, under a name of its own where a run has several.

@@ -89,6 +89,11 @@ class Results:
         return self.tables["safety"]
 
     @property
+    def association(self) -> pd.DataFrame:
+        """Scenario × sensor profile × attack × phase."""
+        return self.tables["association"]
+
+    @property
     def events(self) -> pd.DataFrame:
         """Attacked vehicle × attack × defence."""
         return self.tables["events"]

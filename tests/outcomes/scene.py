@@ -10,6 +10,7 @@ from gpsec.hdmap.arrays import LaneSides
 from gpsec.outcomes.recorder import Outcomes
 from gpsec.outcomes.study import Study
 from gpsec.outcomes.view import StepView
+from gpsec.testing.rig import straight_road
 from gpsec.types.answers import Answers
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Identity, Measurements, Vehicles
@@ -55,12 +56,13 @@ class Scene:
             thresholds,
             step_s,
         )
-        self.outcomes = Outcomes(study, sides or lane_sides())
+        roads = straight_road().roads(np.zeros(1, np.int32))
+        self.outcomes = Outcomes(study, roads._replace(sides=sides or lane_sides()))
         self.outcomes.table.grow(capacity)
         self.step_s = step_s
         self._tracks = Table(Tracks, capacity)
         self.vehicles = Table(Vehicles, capacity).now
-        self.vehicles.lane[:] = 0
+        self.vehicles.lane[:] = self.vehicles.camera_lane[:] = 0
         self.seen = Table(Measurements, capacity).now
         self.tracks.vehicle[:] = np.arange(capacity)
         self.tracks.settled[:] = True
@@ -85,6 +87,7 @@ class Scene:
             rows=np.asarray(rows, np.int32),
             tracks=self.tracks,
             vehicles=self.vehicles,
+            seen=self.seen,
             answers=self.answers,
         )
 
