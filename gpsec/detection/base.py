@@ -7,6 +7,8 @@ from typing import Any, ClassVar, NamedTuple
 from gpsec.core.arrays import Flags, Floats, Ints
 from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
+from gpsec.detection.channels import Channels
+from gpsec.detection.monitor_state import MonitorRules
 from gpsec.detection.pairing import Sampling
 from gpsec.types.answers import Answers
 
@@ -25,6 +27,7 @@ class Observation(NamedTuple):
         curvature_per_m: (m,) of the lane as the camera sees it (2·C2), left positive.
         camera_sigma_m: (m,) standard deviation that the camera states.
         unmatched: (m,) the camera sees a lane, and no lane of the map that the vehicle may be on agrees (`Tracks`).
+        channels: (m,) what the monitor says of the fix, where a detector of the run reads it.
         step_s: length of a step.
     """
 
@@ -38,6 +41,7 @@ class Observation(NamedTuple):
     curvature_per_m: Floats
     camera_sigma_m: Floats
     unmatched: Flags
+    channels: Channels
     step_s: float
 
 
@@ -45,12 +49,17 @@ class Detector(ABC):
     """Frozen hyper-parameters and learned values; what changes is in its state and in the answers.
 
     Attributes:
+        name: in scenarios and tables.
         heeds_alarm: the state after a step depends on the alarm, or on the threshold. Until its first alarm since a
             fresh row or a gap, it must depend on neither: only then can operating points share it.
+        reads_monitor: it reads `Observation.channels`, so that the monitor has to run.
+        looks_back: it reads `Channels.separation`, for which four more filters have to run.
     """
 
     name: ClassVar[str]
     heeds_alarm: ClassVar[bool] = True
+    reads_monitor: ClassVar[bool] = False
+    looks_back: ClassVar[bool] = False
 
     @abstractmethod
     def new_state(self, capacity: int) -> Table[Any]:
@@ -94,6 +103,7 @@ class Detection:
         thresholds: (profiles, K).
         scale_m: (profiles,) standard deviation of the residual that each profile promises.
         sampling: how old samples may be of which a residual is formed.
+        monitor: what the monitor knows, if a detector reads it.
     """
 
     names: tuple[str, ...]
@@ -102,3 +112,4 @@ class Detection:
     thresholds: Floats
     scale_m: Floats
     sampling: Sampling
+    monitor: MonitorRules | None = None

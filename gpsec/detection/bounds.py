@@ -10,7 +10,7 @@ from gpsec.detection.base import Detector, LabelledDetector, Observation
 from gpsec.types.answers import Answers
 
 
-class NeverState(NamedTuple):
+class Stateless(NamedTuple):
     """Nothing."""
 
 
@@ -21,9 +21,9 @@ class Never(Detector):
     name: ClassVar[str] = "never"
     heeds_alarm: ClassVar[bool] = False
 
-    def new_state(self, capacity: int) -> Table[NeverState]:
+    def new_state(self, capacity: int) -> Table[Stateless]:
         """Return a table that remembers nothing."""
-        return Table(NeverState, capacity)
+        return Table(Stateless, capacity)
 
     def update(
         self,

@@ -1,4 +1,4 @@
-"""Detectors whose formula is compiled: the loop over rows is written here, once for each of two families.
+"""Detectors whose formula is compiled: the loop over rows is written here, once for each family.
 
 A detector gives the functions, each of one row:
 
@@ -33,7 +33,8 @@ class KernelDetector(Detector):
     """A detector whose formula is a kernel.
 
     Attributes:
-        kernel: made by `each_residual` or by `each_block`; it updates the rows of an observation at some positions.
+        kernel: made by `each_residual`, `each_tested` or `each_block`; it updates the rows of an observation at some
+            positions.
     """
 
     kernel: ClassVar[Callable[..., None]]
@@ -94,6 +95,31 @@ def each_residual(
                 alarm = hold(answers, row, column, alarm_steps.hold_steps)
             if seen.valid[i]:
                 remember(state, seen, i, settings, threshold[i], alarm)
+
+    return update
+
+
+@cache
+def each_tested(statistic: Callable[[Observation, int], float]) -> Callable[..., None]:
+    """Return the kernel of a detector whose ``statistic(seen, i)`` is the monitor's, wherever that has tested a fix."""
+
+    @kernel
+    def update(
+        part: Ints,
+        seen: Observation,
+        threshold: Floats,
+        answers: Answers,
+        column: int,
+        alarm_steps: AlarmSteps,
+        state: Any,
+        settings: Any,
+    ) -> None:
+        for i in part:
+            row = seen.rows[i]
+            if seen.channels.tested[i]:
+                decide(answers, row, column, statistic(seen, i), threshold[i])
+            else:
+                hold(answers, row, column, alarm_steps.hold_steps)
 
     return update
 

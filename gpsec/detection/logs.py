@@ -4,13 +4,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from hashlib import blake2b
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
 from gpsec.core.arrays import Flags, Floats, Ints
 from gpsec.core.errors import GpsecError
+from gpsec.core.tables import taken
 from gpsec.detection.base import Observation
+from gpsec.detection.channels import Channels, silent_channels
+
+_COLUMNS = ("residual_m", "valid", "speed_mps", "curvature_per_m", "camera_sigma_m")
 
 
 @dataclass(frozen=True)
@@ -25,6 +29,7 @@ class ResidualLog:
         scale_m: standard deviation of the residual that the profile promises.
         vehicle, step: (n,) number of the vehicle within this log, and of the step.
         residual_m, valid, speed_mps, curvature_per_m, camera_sigma_m: (n,) as in `Observation`.
+        channels: (n,) likewise; None where the monitor has not run.
     """
 
     network: str
@@ -39,11 +44,17 @@ class ResidualLog:
     speed_mps: Floats
     curvature_per_m: Floats
     camera_sigma_m: Floats
+    channels: Channels | None = None
+
+    def columns(self) -> list[np.ndarray]:
+        """Return the arrays of what was measured, those of the channels last."""
+        return [*(getattr(self, name) for name in _COLUMNS), *(self.channels or ())]
 
     def select(self, chosen: Flags) -> Self:
         """Return the (n,) chosen samples."""
-        columns = ("vehicle", "step", "residual_m", "valid", "speed_mps", "curvature_per_m", "camera_sigma_m")
-        return replace(self, **{name: getattr(self, name)[chosen] for name in columns})
+        columns = ("vehicle", "step", *_COLUMNS)
+        channels = None if self.channels is None else taken(self.channels, chosen)
+        return replace(self, **{name: getattr(self, name)[chosen] for name in columns}, channels=channels)
 
 
 def split(logs: Sequence[ResidualLog], share: float, seed: int) -> tuple[list[ResidualLog], list[ResidualLog]]:
@@ -73,6 +84,7 @@ class Grid:
         length: (V,) steps of a vehicle.
         scale_m: (V,) see `ResidualLog`.
         residual_m, valid, speed_mps, curvature_per_m, camera_sigma_m: (T, V).
+        channels: (T, V) likewise; None where the monitor has not run.
     """
 
     step_s: float
@@ -83,6 +95,7 @@ class Grid:
     speed_mps: Floats
     curvature_per_m: Floats
     camera_sigma_m: Floats
+    channels: Channels | None = None
 
     @classmethod
     def of(cls, logs: Sequence[ResidualLog]) -> Self:
@@ -119,15 +132,20 @@ class Grid:
             speed_mps=np.zeros(shape),
             curvature_per_m=np.zeros(shape),
             camera_sigma_m=np.zeros(shape),
+            channels=None if any(log.channels is None for log in logs) else silent_channels(shape),
         )
         before = 0
         for log, start in zip(logs, starts, strict=True):
             own = np.cumsum(np.bincount(start, minlength=len(log.vehicle))) - 1 if len(start) else start
-            at = (log.step - log.step[start][own], column[before + own]) if len(start) else ([], [])
-            for name in ("residual_m", "valid", "speed_mps", "curvature_per_m", "camera_sigma_m"):
-                getattr(grid, name)[at] = getattr(log, name)
+            at: tuple[Any, Any] = (log.step - log.step[start][own], column[before + own]) if len(start) else ([], [])
+            for target, source in zip(grid.columns(), log.columns(), strict=False):
+                target[at] = source
             before += len(start)
         return grid
+
+    def columns(self) -> list[np.ndarray]:
+        """Return the arrays of what was measured, those of the channels last."""
+        return [*(getattr(self, name) for name in _COLUMNS), *(self.channels or ())]
 
     @cached_property
     def elapsed_steps(self) -> Ints:
@@ -146,20 +164,15 @@ class Grid:
         """Return the (V,) chosen vehicles."""
         length = self.length[chosen]
         steps = int(length.max(initial=0))
-        return replace(
-            self,
-            length=length,
-            scale_m=self.scale_m[chosen],
-            residual_m=self.residual_m[:steps, chosen],
-            valid=self.valid[:steps, chosen],
-            speed_mps=self.speed_mps[:steps, chosen],
-            curvature_per_m=self.curvature_per_m[:steps, chosen],
-            camera_sigma_m=self.camera_sigma_m[:steps, chosen],
-        )
+        columns = {name: getattr(self, name)[:steps, chosen] for name in _COLUMNS}
+        channels = self.channels and Channels._make(array[:steps, chosen] for array in self.channels)
+        return replace(self, length=length, scale_m=self.scale_m[chosen], channels=channels, **columns)
 
     def observe(self, step: int) -> Observation:
         """Return one step of the active vehicles; vehicle v owns row v."""
         m = self.active(step)
+        told = self.channels
+        channels = silent_channels((m,)) if told is None else Channels._make(array[step, :m] for array in told)
         return Observation(
             rows=np.arange(m, dtype=np.int32),
             profile=np.zeros(m, np.int32),
@@ -170,6 +183,7 @@ class Grid:
             speed_mps=self.speed_mps[step, :m],
             curvature_per_m=self.curvature_per_m[step, :m],
             camera_sigma_m=self.camera_sigma_m[step, :m],
+            channels=channels,
             step_s=self.step_s,
             unmatched=np.zeros(m, np.bool_),
         )

@@ -17,39 +17,48 @@ class WindowState(NamedTuple):
     """The last residuals of each of M rows.
 
     Attributes:
-        window: (M, W) normalised residuals, the newest last.
+        window: (M, W, C) normalised residuals, and channels of the monitor, the newest last.
         filled: (M,) how many of them there are.
     """
 
-    window: Floats = blank(0.0, "samples")
+    window: Floats = blank(0.0, "samples", "columns")
     filled: Ints = blank(0)
 
 
 class WindowDetector(Detector):
     """Scores windows of the last valid residuals; a subclass states `name` and `samples`, and writes `score`.
 
+    With `channels`, windows hold what the monitor says at the residuals, too.
+
     A row's score must not depend on the other rows, to the last bit. A window is emptied where the last valid residual
     is longer than `gpsec.detection.alarm.GAP_S` ago, and alarms are held like those of every detector.
 
     Attributes:
         samples: W, length of a window.
+        channels: fields of `gpsec.detection.channels.Channels` that a window has beside the residual.
     """
 
     heeds_alarm: ClassVar[bool] = False
     samples: ClassVar[int]
+    channels: ClassVar[tuple[str, ...]] = ()
+
+    def __init_subclass__(cls) -> None:
+        """Note whether the monitor has to run."""
+        cls.reads_monitor = bool(cls.channels)
 
     @abstractmethod
     def score(self, windows: Floats, profile: Ints) -> Floats:
         """Return (n,) statistics, at least 0 and finite, the higher the more anomalous.
 
         Args:
-            windows: (n, W) residuals divided by the scale that the sensor profile promises, the newest last.
+            windows: (n, W) residuals divided by the scale that the sensor profile promises, the newest last; where the
+                detector has C - 1 `channels`, (n, W, C), the residual first.
             profile: (n,) index of the sensor profile among those that the detector was built for.
         """
 
     def new_state(self, capacity: int) -> Table[WindowState]:
         """Return empty windows for `capacity` rows."""
-        return Table(WindowState, capacity, samples=self.samples)
+        return Table(WindowState, capacity, samples=self.samples, columns=1 + len(self.channels))
 
     def update(
         self,
@@ -68,7 +77,8 @@ class WindowDetector(Detector):
         alarm_steps = AlarmSteps.at(seen.step_s)
         full = self._remember(state, seen, alarm_steps.gap_steps)
         rows = seen.rows[full]
-        statistic = self.score(state.window[rows], seen.profile[full])
+        windows = state.window[rows]
+        statistic = self.score(windows if self.channels else windows[..., 0], seen.profile[full])
         if statistic.shape != rows.shape or statistic.dtype != np.float64:
             found = f"{statistic.shape} of {statistic.dtype}"
             raise TypeError(f"detector '{self.name}': score must be {rows.shape} of float64, found {found}")
@@ -90,7 +100,9 @@ class WindowDetector(Detector):
         state.filled[gone] = 0
         state.window[gone] = 0.0
         state.window[rows, :-1] = state.window[rows, 1:]
-        state.window[rows, -1] = seen.residual_m[valid] / seen.scale_m[valid]
+        state.window[rows, -1, 0] = seen.residual_m[valid] / seen.scale_m[valid]
+        for column, name in enumerate(self.channels, start=1):
+            state.window[rows, -1, column] = getattr(seen.channels, name)[valid]
         state.filled[rows] = np.minimum(state.filled[rows] + 1, self.samples)
         full: Ints = valid[state.filled[rows] == self.samples].astype(np.int32)
         return full

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gpsec.core.arrays import Flags, Floats, Ints
-from gpsec.core.tables import Table, blank
+from gpsec.core.tables import Table, blank, taken
 from gpsec.core.threads import Threads
 from gpsec.detection.alarm import AlarmSteps
 from gpsec.detection.base import Detector, Observation
@@ -123,4 +123,5 @@ def _carry(source: Table[Any], target: Table[Any], rows: Ints) -> None:
 
 def _some(seen: Observation, chosen: Ints) -> Observation:
     """Return some of the rows of an observation."""
-    return Observation._make(value[chosen] if isinstance(value, np.ndarray) else value for value in seen)
+    arrays = (value[chosen] if isinstance(value, np.ndarray) else value for value in seen)
+    return Observation._make(arrays)._replace(channels=taken(seen.channels, chosen))

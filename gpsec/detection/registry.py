@@ -9,12 +9,15 @@ from gpsec.detection.base import Detector, LabelledDetector
 from gpsec.detection.bounds import Never, Told
 from gpsec.detection.chi_square import ChiSquare
 from gpsec.detection.cusum import Cusum
+from gpsec.detection.innovation import Innovation
 from gpsec.detection.isolation_forest import IsolationForest
+from gpsec.detection.joint import Joint
 from gpsec.detection.learned import Learned, OnStage
 from gpsec.detection.logs import ResidualLog
 from gpsec.detection.lstm import Lstm
 from gpsec.detection.lstm_cusum import LstmCusum
 from gpsec.detection.lstm_glr import LstmGlr
+from gpsec.detection.separation import Separation
 
 
 @dataclass(frozen=True)
@@ -26,6 +29,7 @@ class Entry:
         build: makes it for profiles, given what was learned on each; nothing where there is nothing to learn.
         learn: learn(logs, seed, progress) gives the arrays for one profile and matching.
         threshold: what it is compared with where that is not calibrated, None where it is.
+        reads_monitor: it is given channels of the monitor, see `gpsec.detection.base.Detector`.
         learns_from: the detector before it in the registry whose arrays it is built of, where it has none of its own.
     """
 
@@ -34,6 +38,7 @@ class Entry:
     learn: Callable[[Sequence[ResidualLog], int, OnStage], Learned] | None = None
     threshold: float | None = None
     learns_from: str | None = None
+    reads_monitor: bool = False
 
 
 # Training needs scipy, scikit-learn and torch; a run does not, so they are imported by the one who trains.
@@ -72,7 +77,8 @@ def _take(made: Any) -> tuple[str, Entry] | None:
     build = getattr(made, "from_learned", None) or (lambda learned: made())
     description = (made.__doc__ or "").strip().partition("\n")[0]
     learn = getattr(made, "learn", None)
-    return made.name, Entry(description, build, learn, getattr(made, "fixed_threshold", None))
+    threshold = getattr(made, "fixed_threshold", None)
+    return made.name, Entry(description, build, learn, threshold, reads_monitor=made.reads_monitor)
 
 
 DETECTORS: Registry[Entry] = Registry(
@@ -94,6 +100,21 @@ DETECTORS: Registry[Entry] = Registry(
             "two-sided cumulative sums of the error of the LSTM's prediction",
             LstmCusum.from_learned,
             learns_from=LstmGlr.name,
+        ),
+        Innovation.name: Entry(
+            "innovations of fixes over four time scales, against a filter that refuses spoofed ones",
+            lambda learned: Innovation(),
+            reads_monitor=True,
+        ),
+        Joint.name: Entry(
+            "innovations of fixes and the camera's residual together, likewise",
+            lambda learned: Joint(),
+            reads_monitor=True,
+        ),
+        Separation.name: Entry(
+            "fixes against filters that have not used them, for what a filter has absorbed",
+            lambda learned: Separation(),
+            reads_monitor=True,
         ),
         Told.name: Entry("is told at once when an attack begins and ends", lambda learned: Told(), threshold=0.5),
         Never.name: Entry("never raises an alarm", lambda learned: Never(), threshold=1.0),

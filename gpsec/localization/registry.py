@@ -1,10 +1,20 @@
 """The responses that a defence can have. A new one is a file and a line here."""
 
 from gpsec.core.registry import Registry, subclass_named
-from gpsec.localization.responses import CameraUkf, DeadReckoning, NoResponse, Response, Rollback, Ukf5, Ukf5Rollback
+from gpsec.localization.responses import (
+    CameraUkf,
+    DeadReckoning,
+    Gate,
+    NoResponse,
+    Response,
+    Rollback,
+    Ukf5,
+    Ukf5Rollback,
+)
 
 _OWN: tuple[type[Response], ...] = (
     NoResponse,
+    Gate,
     DeadReckoning,
     CameraUkf,
     Rollback,

@@ -5,6 +5,7 @@ from typing import ClassVar
 from gpsec.core.arrays import Ints
 from gpsec.localization import lane_ukf, paper_ukf
 from gpsec.localization.family import Correction, Filter, correcting, no_correction, rewinding
+from gpsec.localization.gated import GATED_EKF
 from gpsec.localization.history import Recall, Recorded
 from gpsec.localization.learning import LEARNING_EKF
 from gpsec.localization.paper_ukf import PAPER_FILTER
@@ -61,6 +62,14 @@ class NoResponse(Response):
 
     name: ClassVar[str] = "none"
     isolates: ClassVar[bool] = False
+
+
+class Gate(Response):
+    """No alarm is heeded, but fixes that contradict odometer and gyro are refused: a baseline without a detector."""
+
+    name: ClassVar[str] = "gate"
+    isolates: ClassVar[bool] = False
+    filter: ClassVar[Filter] = GATED_EKF
 
 
 class DeadReckoning(Response):

@@ -8,7 +8,10 @@ from gpsec.core.arrays import Ints
 from gpsec.core.stopwatch import Stopwatch
 from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
-from gpsec.detection.base import Detection, LabelledDetector, Observation
+from gpsec.detection.base import Detection, Detector, LabelledDetector, Observation
+from gpsec.detection.channels import Channels, first_channels
+from gpsec.detection.monitor import Monitor
+from gpsec.detection.monitor_state import MonitorState
 from gpsec.detection.pairing import Pending
 from gpsec.detection.points import Watch
 from gpsec.detection.residual import Residuals
@@ -41,6 +44,9 @@ class BatchedMethod:
                 self._labelled += [(detector.name, detector, k) for k in columns]
             else:
                 self._watches.append((detector.name, Watch(detector, columns)))
+        looks_back = any(isinstance(one, Detector) and one.looks_back for one in detection.detectors)
+        self._monitor = None if detection.monitor is None else Monitor(detection.monitor, looks_back)
+        self._unwatched = Table(Channels)
         self._filters = localization.new_state(1)
         lengths = {"detectors": len(detection.names), "defences": len(localization.responses)}
         self._answers = Table(Answers, **lengths)
@@ -56,6 +62,7 @@ class BatchedMethod:
             self._lanes,
             self._pending,
             self._filters,
+            *([] if self._monitor is None else self._monitor.tables),
             *(state for _, watch in self._watches for state in watch.states()),
         ]
 
@@ -79,6 +86,11 @@ class BatchedMethod:
         """State of the filters, for consistency checks."""
         return self._filters
 
+    @property
+    def monitor(self) -> MonitorState | None:
+        """State of the monitor, if a detector reads it."""
+        return None if self._monitor is None else self._monitor.now
+
     def step(
         self,
         number: int,
@@ -94,7 +106,12 @@ class BatchedMethod:
         watch.lap("association")
         self._residuals.update(number, self._pending.now, rows, tracks, vehicles, seen, threads)
         watch.lap("matching")
-        self._detect(rows, tracks, vehicles, seen, threads, watch)
+        if self._monitor is None:
+            channels = first_channels(self._unwatched, len(rows))
+        else:
+            channels = self._monitor.update(number, self._pending.now, rows, tracks, vehicles, seen, threads)
+            watch.lap("monitor")
+        self._detect(rows, channels, tracks, vehicles, seen, threads, watch)
         localization, filters = self._localization, self._filters
         localization.propagate(filters, rows, tracks, vehicles, seen, self.answers.alarm, threads)
         watch.lap("EKF")
@@ -104,7 +121,14 @@ class BatchedMethod:
         watch.lap("outcomes")
 
     def _detect(
-        self, rows: Ints, tracks: Tracks, vehicles: Vehicles, seen: Measurements, threads: Threads, watch: Stopwatch
+        self,
+        rows: Ints,
+        channels: Channels,
+        tracks: Tracks,
+        vehicles: Vehicles,
+        seen: Measurements,
+        threads: Threads,
+        watch: Stopwatch,
     ) -> None:
         vehicle = tracks.vehicle[rows]
         profile = vehicles.profile[vehicle]
@@ -118,6 +142,7 @@ class BatchedMethod:
             speed_mps=seen.speed_mps[vehicle],
             curvature_per_m=self._pending.now.curvature_per_m[rows],
             camera_sigma_m=self._pending.now.sigma_m[rows],
+            channels=channels,
             step_s=self._world.step_s,
             unmatched=tracks.unmatched[rows],
         )

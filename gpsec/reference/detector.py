@@ -57,13 +57,18 @@ class TrackDetector(ABC):
                 self.forget()
             statistic = self.score(z, sight, self._valid_before_s)
             self._valid_before_s = 0.0
+        verdict = self.decide(statistic)
+        if z is not None:
+            self.learn(z)
+        return verdict
+
+    def decide(self, statistic: float | None) -> TrackVerdict:
+        """Raise, hold or end the alarm."""
         if statistic is not None:
             self.alarm = statistic > self.scale.threshold
             self._scored_before_s = 0.0
         elif self._scored_before_s > HOLD_S + self._late_s:
             self.alarm = False
-        if z is not None:
-            self.learn(z)
         return TrackVerdict(statistic or 0.0, statistic is not None, self.alarm)
 
     @abstractmethod
@@ -76,3 +81,23 @@ class TrackDetector(ABC):
 
     def learn(self, z: float) -> None:  # noqa: B027 - most have nothing to do
         """Take in the normalised residual, once it is decided whether there is an alarm."""
+
+
+class TrackWatching(TrackDetector):
+    """A detector whose statistic is the monitor's."""
+
+    def __init__(self, statistic: str, scale: Scale) -> None:
+        super().__init__(scale)
+        self._statistic = statistic
+
+    def step(self, sight: Sight, residual_m: float | None, attacked: bool) -> TrackVerdict:
+        """Take one step."""
+        self._scored_before_s += self.scale.step_s
+        return self.decide(float(getattr(sight.told, self._statistic)) if sight.told.tested else None)
+
+    def forget(self) -> None:
+        """Do nothing: all is remembered by the monitor."""
+
+    def score(self, z: float, sight: Sight, elapsed_s: float) -> float | None:
+        """Return nothing: the residual is a matter of the monitor."""
+        return None

@@ -13,11 +13,15 @@ from gpsec.detection.bounds import Never, Told
 from gpsec.detection.chi_square import ChiSquare
 from gpsec.detection.cusum import Cusum
 from gpsec.detection.forecast import Forecaster
+from gpsec.detection.innovation import Innovation
 from gpsec.detection.isolation_forest import IsolationForest
+from gpsec.detection.joint import Joint
 from gpsec.detection.lstm import Lstm
 from gpsec.detection.lstm_cusum import LstmCusum
 from gpsec.detection.lstm_glr import LstmGlr
-from gpsec.reference.detector import Scale, TrackDetector, TrackVerdict
+from gpsec.detection.separation import Separation
+from gpsec.detection.watching import WatchingDetector
+from gpsec.reference.detector import Scale, TrackDetector, TrackVerdict, TrackWatching
 from gpsec.reference.forecast import PlainNetwork, TrackLstm, TrackLstmCusum, TrackLstmGlr
 from gpsec.reference.forest import PlainForest, TrackForest
 from gpsec.reference.sight import Sight
@@ -132,10 +136,14 @@ def detector_maker(detector: Detector | LabelledDetector, profiles: int) -> Make
         return lambda scale: TrackLstmGlr(detector, networks[scale.profile], scale)
     if isinstance(detector, LstmCusum):
         return lambda scale: TrackLstmCusum(detector, networks[scale.profile], scale)
+    if isinstance(detector, WatchingDetector):
+        statistic = detector.name
+        return lambda scale: TrackWatching(statistic, scale)
     if isinstance(detector, Never):
         return TrackNever
     if isinstance(detector, Told):
         return TrackTold
-    known = [kind.name for kind in (ChiSquare, Cusum, IsolationForest, Lstm, LstmGlr, LstmCusum, Never, Told)]
+    kinds = (ChiSquare, Cusum, Innovation, IsolationForest, Joint, Lstm, LstmGlr, LstmCusum, Never, Separation, Told)
+    known = [kind.name for kind in kinds]
     name = cast("Detector", detector).name
     raise GpsecError(f"the reference engine has no detector '{name}': {nearest(name, known)}")

@@ -69,6 +69,20 @@ class LearningEkf:
         self.nis = float(ekf.y @ ekf.SI @ ekf.y)
 
 
+class GatedEkf(LearningEkf):
+    """It refuses fixes whose normalised innovation squared an honest one exceeds once in a thousand times."""
+
+    def update(self, fix_m: Floats) -> None:
+        """Correct with a fix, unless it is refused; `nis` is set in any case."""
+        ekf = self._filter
+        missed = fix_m - self._H @ ekf.x
+        nis = float(missed @ np.linalg.solve(self._H @ ekf.P @ self._H.T + ekf.R, missed))
+        if nis > 13.816:
+            self.nis = nis
+        else:
+            super().update(fix_m)
+
+
 class LaneUkf:
     """State: east, north, yaw, scale error of the odometer, bias of the gyro, slow error of the camera's offset."""
 

@@ -19,6 +19,7 @@ from gpsec.reference.detectors import detector_maker
 from gpsec.reference.history import Rules
 from gpsec.reference.lane_line import LaneLines
 from gpsec.reference.matching import LaneMatcher
+from gpsec.reference.monitor import MonitorSettings, TrackMonitor
 from gpsec.reference.pairing import Pair, Pairing, Residual
 from gpsec.reference.sight import Sight
 from gpsec.reference.switch import TrackLocalization
@@ -36,6 +37,7 @@ class ReferenceTrack:
     Attributes:
         lanes: which lane it is on, None where vehicles do not track it.
         pairing: what is compared with what.
+        monitor: what watches its fixes, if a detector reads it.
         detectors: those of the run, in their order.
         localization: the filters of all defences.
 
@@ -45,11 +47,13 @@ class ReferenceTrack:
         self,
         lanes: TrackAssociation | None,
         pairing: Pairing,
+        monitor: TrackMonitor | None,
         detectors: list[TrackDetector],
         localization: TrackLocalization,
     ) -> None:
         self.lanes = lanes
         self.pairing = pairing
+        self.monitor = monitor
         self.detectors = detectors
         self.localization = localization
 
@@ -137,15 +141,20 @@ class ReferenceMethod:
                 self._tracks[row] = self._new_track(profile)
             sight = self._with_lane(row, vehicle, tracks, vehicles, sight_of(row, vehicle, tracks, seen))
             pair = self._tracks[row].pairing.step(number, sight)
-            residual = None
+            residual, seen_lane = None, -1
             if pair is not None:
                 residual = self._residual(row, pair, profile, tracks)
                 lane = pair.sight
+                seen_lane = lane.lane
                 sight = replace(sight, curvature_per_m=lane.curvature_per_m, camera_sigma_m=lane.camera_sigma_m)
             tracks.residual_valid[row] = residual is not None
             tracks.residual_m[row] = 0.0 if residual is None else residual.z_m
             if residual is not None:
                 tracks.paired_m[row] = residual.fix_m
+            monitor = self._tracks[row].monitor
+            if monitor is not None:
+                residual_m = None if residual is None else residual.z_m
+                sight = replace(sight, told=monitor.step(number, sight, residual_m, seen_lane))
             self._answer(row, sight, residual, bool(tracks.attacked[row]), profile)
         watch.lap("reference engine")
 
@@ -200,7 +209,11 @@ class ReferenceMethod:
         if self._association.kind == "tracked":
             noise = noise_of(self._association.noise, profile)
             lanes = TrackAssociation(self._lines[profile], noise, self._world.step_s)
-        return ReferenceTrack(lanes, pairing, detectors, self._new_localization(profile))
+        monitor = None
+        if (rules := detection.monitor) is not None:
+            noise = noise_of(rules.noise, profile)
+            monitor = TrackMonitor(MonitorSettings(noise, rules.step_s, rules.cap, rules.learns_below))
+        return ReferenceTrack(lanes, pairing, monitor, detectors, self._new_localization(profile))
 
     def _new_localization(self, profile: int) -> TrackLocalization:
         table, localization = self._world.noise, self._localization

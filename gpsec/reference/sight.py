@@ -1,8 +1,26 @@
 """The sensor data of one vehicle in one step, under one attack plan."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from gpsec.core.arrays import Floats
+
+
+class Whitened(NamedTuple):
+    """What the monitor of a track says; the fields are those of `gpsec.detection.channels.Channels`."""
+
+    tested: bool = False
+    along: float = 0.0
+    across: float = 0.0
+    camera: float = 0.0
+    blind: bool = False
+    fix_age_s: float = 0.0
+    joint: float = 0.0
+    innovation: float = 0.0
+    separation: float = 0.0
+
+
+NOTHING_WHITENED = Whitened()
 
 
 @dataclass(frozen=True)
@@ -19,6 +37,7 @@ class Sight:
         lane_slope: of the lane in the vehicle's frame, as the camera sees it (C1).
         curvature_per_m: of the lane, as the camera sees it (2·C2).
         camera_sigma_m: standard deviation that the camera states.
+        told: what the monitor says, if there is one.
 
     """
 
@@ -31,3 +50,4 @@ class Sight:
     lane_slope: float
     curvature_per_m: float
     camera_sigma_m: float
+    told: Whitened = NOTHING_WHITENED

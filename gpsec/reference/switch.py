@@ -9,13 +9,14 @@ from gpsec.core.arrays import Floats
 from gpsec.core.errors import GpsecError, nearest
 from gpsec.reference.filters import GnssEkf, PositionUkf
 from gpsec.reference.history import Rules, SightHistory, heading_before, isolated
-from gpsec.reference.learning import LaneUkf, LearningEkf
+from gpsec.reference.learning import GatedEkf, LaneUkf, LearningEkf
 from gpsec.reference.matching import LaneMatcher
 from gpsec.reference.pairing import Residual
 from gpsec.reference.sight import Sight
 from gpsec.types.tracks import SAMPLE_S
 
-REFERENCE_RESPONSES = ("none", "dead_reckoning", "ukf", "rollback", "ukf5", "ukf5_rollback")
+REFERENCE_RESPONSES = ("none", "gate", "dead_reckoning", "ukf", "rollback", "ukf5", "ukf5_rollback")
+_TRUSTING = ("none", "gate")
 _SIGMAS = 3.0
 _ALONG_SLACK_M = 1.0
 
@@ -27,7 +28,7 @@ class TrackDefence:
         self.response = response
         self._rules = rules
         self._learns = response.startswith("ukf5")
-        kind = LearningEkf if self._learns else GnssEkf
+        kind = GatedEkf if response == "gate" else LearningEkf if self._learns else GnssEkf
         self.ekf: GnssEkf | LearningEkf | None = kind.at_first_fix(rules.noise, fix_m, heading_rad)
         self.ukf: PositionUkf | LaneUkf | None = None
         self.corrected = False
@@ -53,7 +54,7 @@ class TrackDefence:
         self.went_back = False
         if self._history is not None:
             self._history.note(self.ekf or self.ukf, sight)
-        if self.ekf is not None and self.response != "none" and (alarm or lost):
+        if self.ekf is not None and self.response not in _TRUSTING and (alarm or lost):
             self._quiet_s = self._consistent_s = self._way_m = 0.0
             if self._history is None or lost:
                 self.ukf = isolated(self.ekf, None if lost else heading_before(sight, step_s), self._rules.noise)

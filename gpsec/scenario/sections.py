@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from math import hypot
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator, model_validator
 
@@ -173,12 +173,15 @@ class DetectionSection(Section):
     Attributes:
         detectors: those that are scored (`gpsec list detectors`), in the order of the tables.
         rates: false-alarm rates, per vehicle-hour or per sample, at which each of them is scored; see `defences.rate`.
+        monitor: how far the monitor of `joint` and its like adapts to sensors that are noisier than stated: `R2` where
+            an attacker counts, `R3`, further, where maps are poor.
         models: folder of the models, as `gpsec train --out` wrote it; relative to the scenario's folder, in a flag to
             the current one; unset takes those that gpsec comes with.
     """
 
     detectors: tuple[str, ...] = Field(("chi_square", "cusum", "isolation_forest", "lstm_glr"), strict=False)
     rates: tuple[str, ...] = Field((HEADLINE_RATE, PER_SAMPLE), strict=False)
+    monitor: Literal["R2", "R3"] = "R2"
     models: Annotated[str | None, Unset] = None
 
     @field_validator("detectors")

@@ -7,11 +7,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gpsec.core.arrays import Flags, Floats, Ints
-from gpsec.core.tables import Table
+from gpsec.core.tables import Table, taken
 from gpsec.core.threads import Threads
 from gpsec.detection.base import Detector, Observation
 from gpsec.detection.logs import Grid
 from gpsec.testing.contract import require
+from gpsec.testing.watched import watched
 from gpsec.types.answers import Answers
 
 CASE_PROFILES = ("first", "second")
@@ -92,6 +93,11 @@ class DetectorCase:
         """Return the detector at work on `capacity` rows."""
         return Bench(self.build(profiles), capacity)
 
+    def watch(self, grid: Grid) -> Grid:
+        """Return a grid with what the monitor says, if the detector reads it and the grid has it not."""
+        reads = self.build(CASE_PROFILES[:1]).reads_monitor
+        return watched(grid) if reads and grid.channels is None else grid
+
     def ask(self, bench: Bench, seen: Observation, threads: Threads | None = None) -> Answer:
         """Return what the detector answers with the threshold of the case."""
         return bench.ask(seen, np.full(len(seen.rows), self.threshold), threads)
@@ -100,6 +106,7 @@ class DetectorCase:
         self, grid: Grid, steps: int | None = None, bench: Bench | None = None, threads: Threads | None = None
     ) -> Answer:
         """Return (T, V) answers for all vehicles of a grid, whose profiles alternate."""
+        grid = self.watch(grid)
         bench = self.bench(len(grid.length)) if bench is None else bench
         count = len(grid.valid) if steps is None else steps
         answers = [self.ask(bench, observe(grid, t), threads) for t in range(count)]
@@ -114,5 +121,5 @@ def observe(grid: Grid, t: int) -> Observation:
 
 def take(seen: Observation, chosen: Any) -> Observation:
     """Return some rows of an observation, in the order of `chosen`."""
-    columns = (np.ascontiguousarray(column[chosen]) for column in seen[:-1])
-    return Observation._make([*columns, seen.step_s])
+    columns = (np.ascontiguousarray(column[chosen]) for column in seen[:-2])
+    return Observation._make([*columns, taken(seen.channels, chosen), seen.step_s])

@@ -10,6 +10,7 @@ from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
 from gpsec.detection.alarm import GAP_S
 from gpsec.detection.base import Detector
+from gpsec.detection.channels import Channels
 from gpsec.detection.logs import Grid
 from gpsec.testing.contract import STEP_S, require
 from gpsec.testing.detector_bench import CASE_PROFILES, DetectorCase, observe, take
@@ -64,7 +65,7 @@ def the_same_input_gives_the_same_bytes_for_any_threads(case: DetectorCase) -> N
 
 def a_batch_equals_a_loop_of_singles(case: DetectorCase) -> None:
     """Hold that a row's answer does not depend on its company, to the last bit."""
-    grid = spoofed(benign(), 100, 1.5)
+    grid = case.watch(spoofed(benign(), 100, 1.5))
     batch, bench = case.run(grid), case.bench(len(grid.length))
     for t in range(len(grid.valid)):
         seen = observe(grid, t)
@@ -76,7 +77,7 @@ def a_batch_equals_a_loop_of_singles(case: DetectorCase) -> None:
 
 def a_large_batch_equals_small_ones(case: DetectorCase) -> None:
     """Hold the same for more rows than a block has."""
-    grid = spoofed(benign(600, 30, seed=12), 20, 1.5)
+    grid = case.watch(spoofed(benign(600, 30, seed=12), 20, 1.5))
     batch, bench = case.run(grid), case.bench(600)
     for t in range(30):
         for chosen in np.array_split(np.arange(600), 37):
@@ -86,7 +87,7 @@ def a_large_batch_equals_small_ones(case: DetectorCase) -> None:
 
 def the_order_of_rows_does_not_matter(case: DetectorCase) -> None:
     """Hold that state and answer go by `rows`."""
-    grid, rng = benign(), np.random.default_rng(5)
+    grid, rng = case.watch(benign()), np.random.default_rng(5)
     batch, bench = case.run(grid), case.bench(len(grid.length))
     for t in range(len(grid.valid)):
         order = rng.permutation(len(grid.length))
@@ -96,7 +97,7 @@ def the_order_of_rows_does_not_matter(case: DetectorCase) -> None:
 
 def mixed_profiles_answer_as_each_alone(case: DetectorCase) -> None:
     """Hold that a vehicle is judged by what was learned on its own profile."""
-    grid = benign()
+    grid = case.watch(benign())
     mixed = case.run(grid)
     for p, profile in enumerate(CASE_PROFILES):
         alone = case.bench(len(grid.length), [profile])
@@ -118,9 +119,9 @@ def rows_that_are_reset_begin_anew(case: DetectorCase) -> None:
 
 def a_row_that_is_copied_goes_on_like_the_original(case: DetectorCase) -> None:
     """Hold that all state is in the arrays: a track is forked by copying them."""
-    grid = benign()
+    grid = case.watch(spoofed(benign(), 50, 2.0))
     bench = case.bench(len(grid.length))
-    case.run(spoofed(grid, 50, 2.0), steps=120, bench=bench)
+    case.run(grid, steps=120, bench=bench)
     bench.copy(np.asarray([3], np.int32), np.asarray([5], np.int32))
     seen = take(observe(grid, 120), [3])
     original = case.ask(bench, seen)
@@ -137,7 +138,7 @@ def no_score_depends_on_later_data(case: DetectorCase) -> None:
 
 def only_observed_rows_change(case: DetectorCase) -> None:
     """Hold that the state of others is left alone."""
-    grid = benign()
+    grid = case.watch(benign())
     bench = case.bench(len(grid.length))
     case.run(grid, steps=40, bench=bench)
     before = _bytes_of(bench.state)
@@ -191,9 +192,11 @@ def an_alarm_is_held_in_a_gap_and_then_ends(case: DetectorCase) -> None:
 def a_long_gap_forgets_and_a_short_one_does_not(case: DetectorCase) -> None:
     """Hold `GAP_S`: behind it, a window begins anew."""
     gap = round(HOLD_S / STEP_S) + 5
-    grid = with_gap(gap, after=1.0)
+    grid = case.watch(with_gap(gap, after=1.0))
     columns = ("residual_m", "valid", "speed_mps", "curvature_per_m", "camera_sigma_m")
     rest: dict[str, Any] = {key: getattr(grid, key)[100 + gap :] for key in columns}
+    if grid.channels is not None:
+        rest["channels"] = Channels._make(array[100 + gap :] for array in grid.channels)
     anew = case.run(replace(grid, length=grid.length - 100 - gap, **rest))
     after = case.run(grid).at(slice(100 + gap, None))
     require(after.bytes()[:2] == anew.bytes()[:2], "after a gap of more than GAP_S, a window begins anew")

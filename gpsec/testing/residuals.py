@@ -57,7 +57,7 @@ def spoofed(grid: Grid, first: int, offset_m: float) -> Grid:
     """Return residuals that are moved from step `first` on."""
     residual = grid.residual_m.copy()
     residual[first:] += np.where(grid.valid[first:], offset_m, 0.0)
-    return replace(grid, residual_m=residual)
+    return replace(grid, residual_m=residual, channels=None)
 
 
 def benign(vehicles: int = 24, steps: int = 260, seed: int = 9) -> Grid:

@@ -7,9 +7,12 @@ import numpy as np
 from gpsec.association.associating import Associating
 from gpsec.core.arrays import Ints
 from gpsec.core.stopwatch import Stopwatch
-from gpsec.core.tables import Table
+from gpsec.core.tables import Table, concatenated, taken
 from gpsec.core.threads import Threads
+from gpsec.detection.channels import Channels
 from gpsec.detection.logs import ResidualLog
+from gpsec.detection.monitor import Monitor
+from gpsec.detection.monitor_state import PRESETS, MonitorRules
 from gpsec.detection.pairing import Pending
 from gpsec.detection.residual import Residuals
 from gpsec.filters.noise import noise_table
@@ -50,7 +53,7 @@ def recorded_traffic(path: Path, net_file: Path) -> Recording:
 class _ResidualOnly:
     """An engine that stops at the residual and keeps it; implements `gpsec.types.method.Method`."""
 
-    def __init__(self, hd_map: HDMap, profile: SensorProfile, association: str, step_s: float) -> None:
+    def __init__(self, hd_map: HDMap, profile: SensorProfile, association: str, step_s: float, watched: bool) -> None:
         self._answers = Table(Answers, detectors=0, defences=1)
         layer = np.array([hd_map.layer(profile.map_spacing_m)], np.int32)
         noise = noise_table([filter_noise(profile, step_s)])
@@ -59,7 +62,9 @@ class _ResidualOnly:
         view = MapView(hd_map.lanes, hd_map.index, self._association.mode, layer)
         self._residuals = Residuals(view, sampling_of([profile], step_s))
         self._pending = Table(Pending)
+        self._monitor = Monitor(MonitorRules(step_s, noise, *PRESETS["R2"]), looks_back=True) if watched else None
         self.parts: list[tuple[np.ndarray, ...]] = []
+        self.channels: list[Channels] = []
         self._life: dict[int, int] = {}
         self._lives = 0
 
@@ -73,11 +78,17 @@ class _ResidualOnly:
         self._answers.grow(capacity)
         self._lanes.grow(capacity)
         self._pending.grow(capacity)
+        if self._monitor is not None:
+            for table in self._monitor.tables:
+                table.grow(capacity)
 
     def reset(self, rows: Ints) -> None:
         """Let `rows` stand for new vehicles."""
         self._lanes.reset(rows)
         self._pending.reset(rows)
+        if self._monitor is not None:
+            for table in self._monitor.tables:
+                table.reset(rows)
         for row in rows.tolist():
             self._life[row] = self._lives
             self._lives += 1
@@ -98,6 +109,9 @@ class _ResidualOnly:
         """Form the residuals and keep what a detector would be given."""
         self._association.update(self._lanes.now, rows, tracks, vehicles, seen, threads)
         self._residuals.update(number, self._pending.now, rows, tracks, vehicles, seen, threads)
+        if self._monitor is not None:
+            told = self._monitor.update(number, self._pending.now, rows, tracks, vehicles, seen, threads)
+            self.channels.append(taken(told, np.arange(len(rows), dtype=np.int32)))
         vehicle = tracks.vehicle[rows]
         self.parts.append(
             (
@@ -113,12 +127,21 @@ class _ResidualOnly:
 
 
 def residual_log(
-    recording: Recording, net_file: Path, network: str, profile: SensorProfile, association: str, seed: int
+    recording: Recording,
+    net_file: Path,
+    network: str,
+    profile: SensorProfile,
+    association: str,
+    seed: int,
+    watched: bool = False,
 ) -> ResidualLog:
-    """Return the residuals that vehicles of one profile would have seen in recorded traffic, without an attack."""
+    """Return the residuals that vehicles of one profile would have seen in recorded traffic, without an attack.
+
+    If they are `watched`, what the monitor says is in the log, too.
+    """
     source = RecordedTraffic(recording)
     hd_map = load_map(net_file, (profile.map_spacing_m,))
-    method = _ResidualOnly(hd_map, profile, association, source.step_s)
+    method = _ResidualOnly(hd_map, profile, association, source.step_s, watched)
     settings = LoopSettings(
         seed=seed,
         step_s=source.step_s,
@@ -132,7 +155,7 @@ def residual_log(
     for frame in source.frames(None):
         loop.step(frame)
     columns = [np.concatenate(column) for column in zip(*method.parts, strict=True)]
-    order = np.lexsort((columns[1], columns[0]))
+    order = np.lexsort((columns[1], columns[0])).astype(np.int32)
     vehicle, step, residual, valid, speed, curvature, sigma = (column[order] for column in columns)
     return ResidualLog(
         network=network,
@@ -147,4 +170,5 @@ def residual_log(
         speed_mps=speed,
         curvature_per_m=curvature,
         camera_sigma_m=sigma,
+        channels=taken(concatenated(method.channels), order) if method.channels else None,
     )

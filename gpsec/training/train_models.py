@@ -180,6 +180,7 @@ def train_job(job: Job) -> ProfileModel:
     """Sense the recorded traffic with one profile and association, train and calibrate."""
     use(job.parts)
     profile = PROFILES[job.profile]
+    watched = any(DETECTORS[name].reads_monitor for name in job.detectors)
 
     def logs(*seeds: int) -> list[ResidualLog]:
         runs = [(network, seed) for seed in seeds for network in job.nets]
@@ -187,7 +188,8 @@ def train_job(job: Job) -> ProfileModel:
         for done, (network, seed) in enumerate(runs):
             tell_progress(job.name, "sensing", done, len(runs))
             recording = recorded_traffic(job.folder / f"{network}-{seed}.npz", job.nets[network])
-            collected.append(residual_log(recording, job.nets[network], network, profile, job.association, seed))
+            net_file = job.nets[network]
+            collected.append(residual_log(recording, net_file, network, profile, job.association, seed, watched))
         return collected
 
     def progress(stage: str, done: int, total: int) -> None:

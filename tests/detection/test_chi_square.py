@@ -1,6 +1,7 @@
 import numpy as np
 
 from gpsec.detection.base import Observation
+from gpsec.detection.channels import silent_channels
 from gpsec.detection.chi_square import ChiSquare
 from gpsec.testing.detector_bench import Bench
 
@@ -17,6 +18,7 @@ def observe(residual_m, valid=True, elapsed_steps=1):
         speed_mps=10.0 * one,
         curvature_per_m=0.0 * one,
         camera_sigma_m=0.05 * one,
+        channels=silent_channels((1,)),
         step_s=0.1,
         unmatched=np.zeros(1, np.bool_),
     )

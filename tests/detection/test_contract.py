@@ -89,6 +89,18 @@ class Mean(WindowDetector):
         return ((first + second + third + fourth) / 4.0) ** 2
 
 
+class Whole(WindowDetector):
+    """Mean square of the residual and of what the monitor whitens."""
+
+    name: ClassVar[str] = "whole"
+    samples: ClassVar[int] = 2
+    channels: ClassVar[tuple[str, ...]] = ("along", "across", "camera")
+
+    def score(self, windows, profile):
+        assert windows.shape == (len(profile), 2, 4)
+        return (windows**2).sum(axis=(1, 2)) / 8.0
+
+
 class Support(WindowDetector):
     """How far a window is outside of what scikit-learn's one-class SVM has seen."""
 
@@ -106,6 +118,9 @@ class Support(WindowDetector):
 
 def test_a_detector_in_plain_numpy_and_one_of_scikit_learn_keep_the_contract():
     check_detector(lambda profiles: Mean(), threshold=4.0)
+    assert Whole.reads_monitor
+    assert not Mean.reads_monitor
+    check_detector(lambda profiles: Whole(), threshold=4.0)
     support = DetectorCase(lambda profiles: Support(), threshold=11.0)
     for check in (an_alarm_ends_soon_after_the_attack, a_long_gap_forgets_and_a_short_one_does_not):
         check(support)

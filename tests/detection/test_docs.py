@@ -10,12 +10,15 @@ from gpsec.detection.alarm import GAP_S
 from gpsec.detection.calibration import MAX_ROUNDS, MIN_EVENTS, RATES
 from gpsec.detection.chi_square import ChiSquare
 from gpsec.detection.cusum import Cusum
+from gpsec.detection.evidence import FORGETTING
 from gpsec.detection.forecast import CLIP, DELAY
 from gpsec.detection.isolation_forest import WINDOW
 from gpsec.detection.lstm import Lstm
 from gpsec.detection.lstm_cell import HIDDEN
 from gpsec.detection.lstm_cusum import LstmCusum
 from gpsec.detection.lstm_glr import DECAYS, LstmGlr
+from gpsec.detection.monitor import GATE
+from gpsec.detection.monitor_state import PRESETS
 from gpsec.detection.registry import DETECTORS
 from gpsec.scenario import parts
 from gpsec.testing import DETECTOR_CHECKS, check_detector
@@ -39,6 +42,9 @@ def test_parameters_in_the_docs_are_those_of_the_code():
         f"λ = {', '.join(f'{decay:g}' for decay in DECAYS)}, {HIDDEN} hidden units, clip {CLIP:g}, delay {DELAY},"
         f" distrust {lstm.distrust}, plausible {lstm.plausible:g}, enough {lstm.enough:g}",
         f"slack = {sums.slack:g}, reach {sums.reach:g}, clip {sums.clip:g}, margin {sums.margin:g}",
+        f"| `joint` | T of innovations and camera together, likewise | λ = {', '.join(f'{d:g}' for d in FORGETTING)} |",
+        f"(T/q > {GATE:g})",
+        *(f"a cap of {cap:g}" if name == "R2" else f'`"{name}"` has {cap:g}' for name, (cap, _) in PRESETS.items()),
         f"at most {HOLD_S:g} s",
         f"more than {GAP_S:g} s",
         *(f"`{rate}`" for rate in RATES),

@@ -14,16 +14,20 @@ from gpsec.detection.bounds import Never, Told
 from gpsec.detection.chi_square import ChiSquare
 from gpsec.detection.cusum import Cusum
 from gpsec.detection.forest_training import flatten
+from gpsec.detection.innovation import Innovation
 from gpsec.detection.isolation_forest import WINDOW, IsolationForest
+from gpsec.detection.joint import Joint
 from gpsec.detection.learned import Learned
 from gpsec.detection.lstm import Lstm
 from gpsec.detection.lstm_cell import HIDDEN, INPUTS, OUTPUTS
 from gpsec.detection.lstm_cusum import LstmCusum
 from gpsec.detection.lstm_glr import LstmGlr
+from gpsec.detection.separation import Separation
 from gpsec.localization.rejoin import SwitchSettings
-from gpsec.localization.responses import CameraUkf, DeadReckoning, NoResponse, Rollback, Ukf5, Ukf5Rollback
+from gpsec.localization.responses import CameraUkf, DeadReckoning, Gate, NoResponse, Rollback, Ukf5, Ukf5Rollback
 from gpsec.localization.switch import Localization
-from gpsec.pipeline.build import Ground, lay_ground, sampling_of
+from gpsec.localization.world import World
+from gpsec.pipeline.build import Ground, lay_ground, monitor_for, sampling_of
 from gpsec.pipeline.loop import Loop, LoopSettings
 from gpsec.scenario import load_scenario
 from gpsec.sensors.profiles import residual_sigma_m
@@ -44,6 +48,7 @@ ATTACKS: list[dict[str, object]] = [
 ]
 DEFENCES = (
     ("never", NoResponse),
+    ("never", Gate),
     ("told", CameraUkf),
     ("chi_square", CameraUkf),
     ("cusum", DeadReckoning),
@@ -111,7 +116,7 @@ def learned_for(seed: int) -> dict[str, Learned]:
     }
 
 
-def detection_for(profiles: Sequence[str], step_s: float) -> Detection:
+def detection_for(world: World, profiles: Sequence[str]) -> Detection:
     """Detectors that differ between profiles."""
     learned = [learned_for(seed) for seed in range(len(profiles))]
     detectors = (
@@ -121,6 +126,9 @@ def detection_for(profiles: Sequence[str], step_s: float) -> Detection:
         Lstm.from_learned([one["lstm"] for one in learned]),
         LstmGlr.from_learned([one["lstm_glr"] for one in learned]),
         LstmCusum.from_learned([one["lstm_glr"] for one in learned]),
+        Innovation(),
+        Joint(),
+        Separation(),
         Never(),
         Told(),
     )
@@ -128,9 +136,10 @@ def detection_for(profiles: Sequence[str], step_s: float) -> Detection:
         names=tuple(detector.name for detector in detectors),
         rates=tuple("" if detector.name in ("never", "told") else "0.1/h" for detector in detectors),
         detectors=detectors,
-        thresholds=np.tile([4.0, 6.0, 0.62, 4.0, 4.0, 6.0, 0.5, 0.5], (len(profiles), 1)),
+        thresholds=np.tile([4.0, 6.0, 0.62, 4.0, 4.0, 6.0, 20.0, 24.0, 30.0, 0.5, 0.5], (len(profiles), 1)),
         scale_m=np.array([residual_sigma_m(PROFILES[name]) for name in profiles]),
-        sampling=sampling_of([PROFILES[name] for name in profiles], step_s),
+        sampling=sampling_of([PROFILES[name] for name in profiles], world.step_s),
+        monitor=monitor_for(detectors, world),
     )
 
 

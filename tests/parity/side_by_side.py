@@ -50,7 +50,7 @@ class SideBySide:
 
     def __init__(self, drive: Drive) -> None:
         ground = drive.ground
-        self.detection = detection_for(ground.choice.profiles, ground.options.step_s)
+        self.detection = detection_for(ground.world, ground.choice.profiles)
         localization = localization_for(ground, self.detection)
         self.batched = BatchedMethod(ground.world, ground.association, self.detection, localization)
         self.reference = ReferenceMethod(ground.hd_map, ground.world, ground.association, self.detection, localization)
@@ -96,6 +96,7 @@ class SideBySide:
             found.same(name, one, getattr(tracks, name)[rows])
         self._compare_detectors(rows)
         for row in rows.tolist():
+            self._compare_monitors(row)
             self._compare_filters(row)
         isolated = self.batched.answers.isolated[rows]
         lane = vehicles.lane[tracks.vehicle[rows]]
@@ -120,6 +121,21 @@ class SideBySide:
             self.found.seen[f"{name} alarm"] += int(other.alarm[rows, k].sum())
         self.found.close("estimate", one.estimate_m[rows], other.estimate_m[rows])
         self.found.same("isolated", one.isolated[rows], other.isolated[rows])
+
+    def _compare_monitors(self, row: int) -> None:
+        found, one, state = self.found, self.reference.track(row).monitor, self.batched.monitor
+        found.same("monitor started", one.ekf is not None, state.started[row])
+        if one.ekf is None:
+            return
+        found.close("monitor state", one.ekf.mean, state.mean[row])
+        found.close("monitor covariance", one.ekf.covariance, state.covariance[row])
+        found.close("slow part", [one.slow.level, one.slow.variance], [state.slow[row], state.slow_variance[row]])
+        found.same("monitor alarm", one.alarm, state.alarm[row])
+        found.seen["monitor alarm"] += int(state.alarm[row])
+        found.seen["monitor blind"] += 0.35 < state.blind_s[row] < 10.0
+        learnt = np.array([state.gnss[row], state.camera[row], state.scale[row]])
+        found.close("learnt", one.learnt, learnt)
+        found.seen["monitor has learnt"] += bool(np.abs(learnt).max() > 0.05)
 
     def _compare_filters(self, row: int) -> None:
         found, state = self.found, self.batched.filters

@@ -24,9 +24,11 @@ def test_both_engines_agree_after_every_step(drive: Drive, kind: str):
     # The comparison was of something: every detector was silent and in alarm, every filter ran and was left again.
     assert found.seen["track step"] > 3000
     assert 0.5 < found.seen["residual"] / found.seen["track step"] < 1.0
-    for detector in ("chi_square", "cusum", "isolation_forest", "lstm", "lstm_glr", "lstm_cusum", "told"):
+    watching = ("innovation", "joint", "separation")
+    for detector in ("chi_square", "cusum", "isolation_forest", "lstm", "lstm_glr", "lstm_cusum", *watching, "told"):
         assert 100 < found.seen[f"{detector} alarm"] < 0.8 * found.seen["track step"]
     assert found.seen["never alarm"] == 0
+    assert min(found.seen["monitor alarm"], found.seen["monitor blind"], found.seen["monitor has learnt"]) > 50
     assert found.seen["fork"] == 15
     assert min(found.seen["isolation begins"], found.seen["isolation ends"]) > 30
     assert found.seen["camera correction"] > 1000

@@ -1,0 +1,85 @@
+"""What the monitor knows, what it remembers of each track, and what it is handed."""
+
+from typing import NamedTuple
+
+from gpsec.core.arrays import Flags, Floats, Ints
+from gpsec.core.tables import blank
+from gpsec.detection.channels import Channels
+from gpsec.filters.noise import FilterNoise
+
+
+class MonitorRules(NamedTuple):
+    """What the monitor knows and how far it adapts.
+
+    Attributes:
+        step_s: length of a step.
+        noise: sensor figures of the profiles.
+        cap: how many times the data sheet's variances are believed at most.
+        learns_below: variances are learnt while the statistic is below this share of the gate.
+    """
+
+    step_s: float
+    noise: FilterNoise[Floats]
+    cap: float
+    learns_below: float
+
+
+# Where an attacker counts, and where maps are poor: `cap` and `learns_below`.
+PRESETS = {"R2": (2.5, 0.5), "R3": (3.0, 1.0)}
+
+
+class MonitorState(NamedTuple):
+    """M rows.
+
+    Attributes:
+        started: (M,) the first fix has come.
+        due: (M,) no fix was tested since the last tick of the detection clock.
+        mean, covariance: (M, 7), (M, 7, 7) of the filter.
+        slow, slow_variance: (M,) slow part of the residual (m) and its variance, -1 before the first residual.
+        lane, course_rad: (M,) lane of the last residual, and heading there.
+        sums: (M, 3, 4, 3) evidence.
+        sample, there: (M, 3) the whitened channels of this step, and which there are.
+        gnss, camera, scale: (M,) logarithm of the learnt factors of the variances of fix and camera, and of the
+            statistic.
+        statistic: (M,) of the last test.
+        alarm: (M,) it is above the gate.
+        calm, agreed_s: (M,) samples in alarm that are small, and time in alarm in which all agrees.
+        blind_s, fix_age_s: (M,) time since the camera saw a lane, and since the last fix.
+        innovation: (M, 2) room for the filter's own.
+    """
+
+    started: Flags = blank(False)
+    due: Flags = blank(False)
+    mean: Floats = blank(0.0, 7)
+    covariance: Floats = blank(0.0, 7, 7)
+    slow: Floats = blank(0.0)
+    slow_variance: Floats = blank(-1.0)
+    lane: Ints = blank(-1)
+    course_rad: Floats = blank(0.0)
+    sums: Floats = blank(0.0, 3, 4, 3)
+    sample: Floats = blank(0.0, 3)
+    there: Flags = blank(False, 3)
+    gnss: Floats = blank(0.0)
+    camera: Floats = blank(0.0)
+    scale: Floats = blank(0.0)
+    statistic: Floats = blank(0.0)
+    alarm: Flags = blank(False)
+    calm: Ints = blank(0)
+    agreed_s: Floats = blank(0.0)
+    blind_s: Floats = blank(0.0)
+    fix_age_s: Floats = blank(0.0)
+    innovation: Floats = blank(0.0, 2)
+
+
+class Watched(NamedTuple):
+    """One step of the monitor.
+
+    Attributes:
+        ticks: the detection clock ticks in it.
+        rows: (m,) track rows.
+        told: what is said of them.
+    """
+
+    ticks: bool
+    rows: Ints
+    told: Channels
