@@ -18,7 +18,7 @@ from rich.table import Table as PlainTable
 from gpsec.core.arrays import Floats
 from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
-from gpsec.detection.monitor import GATE, Monitor
+from gpsec.detection.monitor import MONITOR_GATE, Monitor
 from gpsec.detection.monitor_state import PRESETS, MonitorRules
 from gpsec.detection.pairing import Pending
 from gpsec.filters.noise import FilterNoise, noise_of, noise_table
@@ -90,9 +90,9 @@ class Fleet:
         self._seen.speed_mps[:] = SPEED_MPS * (1.0 + self._scale) + self._rng.normal(0.0, f.odometer_white_mps, n)
         self._seen.yaw_rate_rps[:] = self._gyro + self._rng.normal(0.0, f.gyro_white_rps, n)
         seen = self._tracks, self._vehicles, self._seen
-        joint: Floats = self._monitor.update(self._number, self._pending, self._rows, *seen, Threads(1)).joint
+        told = self._monitor.update(self._number, self._pending, self._rows, *seen, Threads(1))
         self._number += 1
-        return joint
+        return told.joint
 
 
 def gained_m(fleet: Fleet, speed_mps: float, dither: float, threshold: float) -> Floats:
@@ -107,7 +107,8 @@ def gained_m(fleet: Fleet, speed_mps: float, dither: float, threshold: float) ->
         caught[(fleet.step(off_m, dither) > threshold) & np.isinf(caught)] = off_m
         if np.isfinite(caught).all():
             break
-    return np.minimum(caught, off_m)
+    gained: Floats = np.minimum(caught, off_m)
+    return gained
 
 
 def cases() -> Iterator[tuple[str, float, float]]:
@@ -123,7 +124,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.patience", description=__doc__)
     parser.add_argument("--profile", default="carla", choices=list(PROFILES))
     parser.add_argument("--vehicles", type=int, default=100, metavar="N")
-    parser.add_argument("--threshold", type=float, default=GATE, metavar="T", help="of the statistic of `joint`")
+    parser.add_argument(
+        "--threshold", type=float, default=MONITOR_GATE, metavar="T", help="of the statistic of `joint`"
+    )
     parser.add_argument("--seed", type=int, default=11, metavar="N")
     options = parser.parse_args()
     profile: SensorProfile = PROFILES[options.profile]

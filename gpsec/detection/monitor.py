@@ -28,7 +28,7 @@ from gpsec.types.tracks import SAMPLE_S, Tracks
 from gpsec.types.vehicles import Measurements, Vehicles
 
 # Above this statistic, the monitor is in alarm: 0.1 false alarms an hour.
-GATE = 41.0
+MONITOR_GATE = 41.0
 # Above this one, evidence that a sample contradicts is dropped; no detector has a lower threshold.
 _SUSPECT = 20.0
 # The statistic that one honest sample in ten is above, where all variances are as the data sheet says.
@@ -159,7 +159,7 @@ def watch(
             if tested:
                 told.tested[i] = True
                 told.joint[i], told.innovation[i] = statistic, innovation / scale
-            alarm = statistic > GATE
+            alarm = statistic > MONITOR_GATE
             if alarm and not before:
                 state.calm[row] = 0
                 state.agreed_s[row] = 0.0
@@ -178,7 +178,7 @@ def watch(
         told.blind[i], told.fix_age_s[i] = blind, state.fix_age_s[row]
         if state.alarm[row] or not (there[ALONG_CHANNEL] or there[CAMERA_CHANNEL]):
             continue
-        if statistic < rules.learns_below * GATE and not blind:
+        if statistic < rules.learns_below * MONITOR_GATE and not blind:
             gain = 0.5 * max(SAMPLE_S, step_s, noise.gnss_period_s[p]) / _LEARNING_S
             if tested:
                 excess = _square(w[ALONG_CHANNEL]) + _square(w[ACROSS_CHANNEL]) - 2.0 * _CUT_MEAN

@@ -70,17 +70,42 @@ class LearningEkf:
 
 
 class GatedEkf(LearningEkf):
-    """It refuses fixes whose normalised innovation squared an honest one exceeds once in a thousand times."""
+    """It refuses fixes that contradict it, by themselves or together with those before."""
+
+    _FORGETS = (0.0, 0.6, 0.85, 0.95)
+    _GATE = 16.0
+
+    def __init__(self, noise: FilterNoise[float], mean: Floats, covariance: Floats) -> None:
+        super().__init__(noise, mean, covariance)
+        self._whitened: list[Floats] = []
 
     def update(self, fix_m: Floats) -> None:
         """Correct with a fix, unless it is refused; `nis` is set in any case."""
         ekf = self._filter
-        missed = fix_m - self._H @ ekf.x
-        nis = float(missed @ np.linalg.solve(self._H @ ekf.P @ self._H.T + ekf.R, missed))
-        if nis > 13.816:
-            self.nis = nis
+        root = np.linalg.cholesky(self._H @ ekf.P @ self._H.T + ekf.R)
+        new = np.linalg.solve(root, fix_m - self._H @ ekf.x)
+        squares, means = self._sums()
+        best = int(np.argmax(squares))
+        if squares[best] > self._GATE and means[best] @ new - means[best] @ means[best] / 2.0 < -3.0:
+            self._whitened.clear()
+        self._whitened.append(new)
+        if max(self._sums()[0]) > self._GATE:
+            self.nis = float(new @ new)
         else:
             super().update(fix_m)
+
+    def _sums(self) -> tuple[list[float], list[Floats]]:
+        """Return, for each λ, |Σ λʲ w|² / Σ λ²ʲ and the mean Σ λʲ w / Σ λʲ."""
+        if not self._whitened:
+            return [0.0], [np.zeros(2)]
+        samples, ages = np.array(self._whitened), np.arange(len(self._whitened))[::-1]
+        squares, means = [], []
+        for decay in self._FORGETS:
+            weights = decay**ages
+            total = weights @ samples
+            squares.append(float(total @ total / (weights @ weights)))
+            means.append(total / weights.sum())
+        return squares, means
 
 
 class LaneUkf:

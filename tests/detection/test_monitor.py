@@ -6,7 +6,7 @@ import pytest
 from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
 from gpsec.detection.evidence import is_contradicted, weigh
-from gpsec.detection.monitor import GATE, Monitor
+from gpsec.detection.monitor import MONITOR_GATE, Monitor
 from gpsec.detection.monitor_state import PRESETS, MonitorRules
 from gpsec.detection.pairing import Pending
 from gpsec.filters.noise import noise_table
@@ -81,7 +81,7 @@ def test_samples_that_stand_alone_leave_the_longer_scales():
 def test_a_jump_is_seen_at_once_kept_out_and_over_with_the_first_honest_fix(off_m):
     ride = Ride()
     assert max(ride.steps(100)) < 1.0
-    assert min(ride.steps(100, off_m=off_m)) > GATE
+    assert min(ride.steps(100, off_m=off_m)) > MONITOR_GATE
     assert np.abs(ride.error_m).max() < 0.05
     # The filter has coasted for 10 s, so that the first honest fix is not quite where it is expected.
     assert max(ride.steps(50)) < 9.0
@@ -92,7 +92,7 @@ def test_the_camera_alone_raises_the_joint_statistic_and_not_that_of_the_innovat
     ride = Ride()
     ride.steps(100)
     told = ride.step(residual_m=1.5)
-    assert told.joint[0] > GATE
+    assert told.joint[0] > MONITOR_GATE
     assert told.innovation[0] < 1.0
     assert (told.along[0], told.across[0]) == pytest.approx((0.0, 0.0), abs=1e-6)
 
@@ -146,9 +146,9 @@ def test_what_was_absorbed_is_given_back_when_the_camera_and_fixes_agree_again()
     # The vehicle itself slips by 0.9 m, as on ice: fixes and camera agree, odometer and gyro do not.
     ride.place_m[1] += 0.9
     told = ride.steps(1, residual_m=0.0)
-    assert told[0] > GATE
+    assert told[0] > MONITOR_GATE
     later = ride.steps(30, residual_m=0.0)
-    assert max(later[:8]) > GATE
+    assert max(later[:8]) > MONITOR_GATE
     assert max(later[12:]) < 9.0
     assert abs(ride.error_m[1]) < 0.2
 
