@@ -19,7 +19,7 @@ _EXTENSION_M = 1000.0
 _RADII_M = (4.0, 16.0, 64.0)
 
 
-class Matched(NamedTuple):
+class OnLane(NamedTuple):
     """The lane that a position is matched to, and the offset from its centre, left positive."""
 
     lane: int
@@ -64,12 +64,12 @@ class LaneMatcher:
         found = self.match(x_m, y_m, heading_rad, lane)
         return None if found is None else found.offset_m
 
-    def match(self, x_m: float, y_m: float, heading_rad: float, lane: int) -> Matched | None:
+    def match(self, x_m: float, y_m: float, heading_rad: float, lane: int) -> OnLane | None:
         """Return the lane that a position is matched to, and its offset from that; None where nothing matches."""
         found = self._beside(x_m, y_m, heading_rad, lane)
         if found is None:
             return None
-        return Matched(int(np.searchsorted(self._first, found[2], side="right")) - 1, found[0])
+        return OnLane(int(np.searchsorted(self._first, found[2], side="right")) - 1, found[0])
 
     def view(self, x_m: float, y_m: float, heading_rad: float, lane: int) -> tuple[float, float] | None:
         """Return the offset from the arc over the matched segment, and the direction of the lane less the heading."""
