@@ -61,6 +61,7 @@ def carried(inside: str, *says: str) -> Case:
 
 
 DRIFT = {"attack": "drift"}
+MULTIPATH = "gpsec.multipath"
 SPOOFS = '<param key="gpsec.attack" value="drift"/>'
 ONE_PLAN = '<param key="gpsec.plan" value="one"/>'
 LANE = r'(<lane id="A0A1_0" [^>]*)'
@@ -106,6 +107,9 @@ EARLY = {
     "huge whole number": toml(f"duration_s = 1{'0' * 400}", "duration_s: expected a number"),
     "number of too many digits": toml(f"seed = 1{'0' * 5000}", "not valid TOML"),
     "too deep": toml(f"seed = {'[' * 5000}", "not valid TOML"),
+    "unknown key of the world": toml("[world]\ncamra_factor = 2.0", "in world: did you mean 'camera_factor'?"),
+    "negative noise": toml("[world]\ngnss_slow_factor = -1.0", "world.gnss_slow_factor: expected at least 0"),
+    "map that is nowhere": toml("[world]\nmap_road_m = 3.0", "world.map_road_m: expected at most 2, found 3"),
     "endless duration": toml("duration_s = 1e308", "duration_s: expected at most 1e+07"),
     "binary": toml(bytes(range(256)), "expected TOML in UTF-8"),
     "too fine a step": toml("traffic.step_s = 1e-9", "traffic.step_s: expected at least 0.001"),
@@ -218,6 +222,14 @@ LATE = {
     "endless begin of a zone": drawn(zone(DRIFT | {"begin": "1e300"}), "zone 'z'", "gpsec.begin", "1e+07"),
     "zone that crosses itself": drawn(zone(DRIFT, "0,0 9,9 9,0 0,9"), "zone 'z'", "shape", "cross itself"),
     "zone without an area": drawn(zone(DRIFT, "0,0 9,9"), "zone 'z'", "three corners"),
+    "multipath without its size": drawn(
+        zone({}, kind=MULTIPATH), "zone 'z'", "gpsec.error_m: expected a number", "none"
+    ),
+    "multipath of a negative size": drawn(zone({"error_m": "-1"}, kind=MULTIPATH), "zone 'z'", "gpsec.error_m", "-1"),
+    "unknown key of multipath": drawn(zone({"eror_m": "1"}, kind=MULTIPATH), "zone 'z'", "'gpsec.error_m'?"),
+    "multipath of an unknown kind": drawn(
+        zone({}, kind="gpsec.multpath"), "poly 'z'", "'gpsec.multpath'", "did you mean"
+    ),
     "zone at no place": drawn(zone(DRIFT, "nan,0 9,9 9,0"), "zone 'z'", "shape: expected finite coordinates"),
     "point without a radius": drawn(point(DRIFT), "zone 'z'", "gpsec.radius_m", "found none"),
     "point of endless radius": drawn(point(DRIFT | {"radius_m": "1e300"}), "zone 'z'", "gpsec.radius_m", "1e+06"),
