@@ -41,6 +41,9 @@ FACTORS: Mapping[str, Factor] = {
     "gnss_2": Factor("GNSS noise × 2", {"gnss_white_factor": 2.0, "gnss_slow_factor": 2.0}),
     "camera_1.5": Factor("camera noise × 1.5", {"camera_factor": 1.5}),
     "camera_2": Factor("camera noise × 2", {"camera_factor": 2.0}),
+    "camera_lanes": Factor(
+        "camera errs about its lane", {"camera_wrong_per_h": 60.0, "camera_late_s": 0.5, "camera_blind_m": 0.6}
+    ),
     "map_0.1": Factor("map off by 0.1 m", {"map_shift_north_m": 0.1}),
     "map_0.2": Factor("map off by 0.2 m", {"map_shift_north_m": 0.2}),
     "map_road_0.1": Factor("map error N(0, 0.1 m) a road", {"map_road_m": 0.1}),

@@ -92,8 +92,8 @@ class WorldSection(Section):
         map_field_m: standard deviation, on each axis, of a map error that varies from place to place.
         map_field_length_m: metres over which that error stays alike (correlation length of a Gaussian).
         map_road_m: standard deviation of a map error across the road, drawn for each road.
-        camera_hysteresis_m: the camera keeps to a lane until the rear axle is beyond the line by this much …
-        camera_late_s: … and for so many seconds more.
+        camera_hysteresis_m: the camera keeps to a lane until the rear axle is beyond the line by this much.
+        camera_late_s: seconds for which it then still keeps to it.
         camera_wrong_per_h: times in an hour that the camera begins to show the lane beside its own.
         camera_wrong_s: seconds that it does so.
         camera_blind_m: the camera shows no lane while a line of it is nearer to the rear axle than this.

@@ -25,6 +25,9 @@ KEYS: dict[str, dict[str, float]] = {
     "odometer_factor": {},
     "gyro_factor": {},
     "heading_factor": {},
+    "camera_late_s": {"camera_late_s": 1.0},
+    "camera_wrong_per_h": {"camera_wrong_per_h": 600.0},
+    "camera_blind_m": {"camera_blind_m": 1.5},
     "gnss_common_share": {"gnss_common_share": 0.9},
     "map_shift_east_m": {"map_shift_east_m": 0.3},
     "map_shift_north_m": {"map_shift_north_m": 0.3},
@@ -34,6 +37,8 @@ KEYS: dict[str, dict[str, float]] = {
     "multipath_m": {"multipath_share": 0.3, "multipath_m": 1.0},
 }
 WIDTHS = {
+    "camera_hysteresis_m": ({}, 0.4),
+    "camera_wrong_s": ({"camera_wrong_per_h": 600.0}, 3.0),
     "map_field_length_m": ({"map_field_m": 0.3}, 50.0),
     "multipath_length_m": ({"multipath_share": 0.3, "multipath_m": 0.5}, 20.0),
 }
@@ -69,12 +74,13 @@ def test_every_key_does_something_and_something_of_its_own(run: Callable[..., di
     for key, (needs, width) in WIDTHS.items():
         found[f"{key} as it is"] = run(**needs, **{key: WorldSection.model_fields[key].default + 1.0})["vehicles"]
         found[key] = run(**needs, **{key: width})["vehicles"]
-    every = [plain["vehicles"], *found.values()]
-    assert len(set(every)) == len(every)
+    found["nothing"] = plain["vehicles"]
+    alike = {key: [other for other in found if other != key and found[other] == found[key]] for key in found}
+    assert {key: others for key, others in alike.items() if others} == {}
 
 
 def test_no_mismatch_keeps_every_byte(run: Callable[..., dict[str, bytes]]) -> None:
-    assert run(map_field_length_m=50.0, multipath_length_m=20.0) == run()
+    assert run(map_field_length_m=50.0, multipath_length_m=20.0, camera_wrong_s=3.0) == run()
 
 
 def test_both_engines_are_in_one_world(
