@@ -16,6 +16,7 @@ from gpsec.scenario.load import changed
 from gpsec.scenario.model import MAX_NAME
 from gpsec.scenario.overrides import Override
 from gpsec.scenario.sections import Defence
+from gpsec.types.points import detector_at
 
 TABLE_OF_STRESS = "stress.csv"
 # What stands behind a detector of which the scenario has no defence.
@@ -55,9 +56,10 @@ FACTORS: Mapping[str, Factor] = {
 
 
 def stressed(scenario: Scenario, factors: Sequence[str], seeds: Sequence[int]) -> dict[str, list[Scenario]]:
-    """Return the runs of each factor, one for each seed; every detector has a defence in them."""
-    known = {defence.detector for defence in scenario.defences}
-    added = [Defence(detector=name, response=_RESPONSE) for name in scenario.detection.detectors if name not in known]
+    """Return the runs of each factor, one for each seed; in them every detector has a defence at each of its rates."""
+    known = {(defence.detector, defence.rate) for defence in scenario.defences}
+    points = [point for point in scenario.points() if point[0] not in BOUNDS and point not in known]
+    added = [Defence(detector=name, response=_RESPONSE, rate=rate) for name, rate in points]
     whole_scenario = scenario.model_copy(update={"defences": (*scenario.defences, *added)})
     made: dict[str, list[Scenario]] = {}
     for factor in factors:
@@ -94,6 +96,6 @@ def run_stress(out: Path, runs: Mapping[str, Sequence[Scenario]], jobs: int, rep
     return table
 
 
-def is_bound(detector: str) -> bool:
-    """Whether a detector of the table is no detector, but what frames them."""
-    return detector in BOUNDS
+def is_bound(point: str) -> bool:
+    """Whether a detector of the table, which may be named with its rate, is no detector, but what frames them."""
+    return detector_at(point) in BOUNDS

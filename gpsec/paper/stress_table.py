@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from gpsec.outcomes.tables import read_table
 from gpsec.paper import pool
 from gpsec.paper.pool import Estimate
 
@@ -16,7 +17,10 @@ def stress_rows(folders: Sequence[Path]) -> pd.DataFrame:
 
     Where nobody was attacked there is a row for each defence, with the attack `none`.
     """
-    vehicles, events = pool.read_runs(folders, "vehicles"), pool.read_runs(folders, "events")
+    vehicles, events = (
+        pd.concat([read_table(folder, name).assign(run=folder.name) for folder in folders], ignore_index=True)
+        for name in ("vehicles", "events")
+    )
     honest = vehicles[(vehicles["attack"] == _HONEST) & (vehicles["vehicle_seconds"] > 0.0)]
     rows = []
     for defence in honest["defence"].unique():

@@ -43,7 +43,7 @@ def test_every_detector_has_a_defence(scenario: Scenario) -> None:
     [run] = stressed(alone, ["nothing"], [1])["nothing"]
     assert [one.name for one in run.defences] == [
         "never+none",
-        *(f"{name}+ukf" for name in scenario.detection.detectors),
+        *(f"{name}{rate}+ukf" for name in scenario.detection.detectors for rate in ("", "@1e-3/sample")),
     ]
 
 

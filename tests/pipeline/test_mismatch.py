@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 
 from gpsec.core.errors import GpsecError
+from gpsec.pipeline.mismatch import lane_mistakes
 from gpsec.scenario import Scenario
 from gpsec.scenario.sections import WorldSection
 from gpsec.types.drawn_zones import DrawnZone
@@ -25,7 +26,6 @@ KEYS: dict[str, dict[str, float]] = {
     "odometer_factor": {},
     "gyro_factor": {},
     "heading_factor": {},
-    "camera_late_s": {"camera_late_s": 1.0},
     "camera_wrong_per_h": {"camera_wrong_per_h": 600.0},
     "camera_blind_m": {"camera_blind_m": 1.5},
     "gnss_common_share": {"gnss_common_share": 0.9},
@@ -37,7 +37,6 @@ KEYS: dict[str, dict[str, float]] = {
     "multipath_m": {"multipath_share": 0.3, "multipath_m": 1.0},
 }
 WIDTHS = {
-    "camera_hysteresis_m": ({}, 0.4),
     "camera_wrong_s": ({"camera_wrong_per_h": 600.0}, 3.0),
     "map_field_length_m": ({"map_field_m": 0.3}, 50.0),
     "multipath_length_m": ({"multipath_share": 0.3, "multipath_m": 0.5}, 20.0),
@@ -64,8 +63,17 @@ def run(
     return run_with
 
 
+# What needs a lane change, of which there is none in this traffic: tests/hdmap/test_camera_lane.py.
+IN_LANE_CHANGES = {"camera_hysteresis_m": "hysteresis_m", "camera_late_s": "late_s"}
+
+
 def test_every_key_is_looked_at_here() -> None:
-    assert set(KEYS) | set(WIDTHS) == set(WorldSection.model_fields)
+    assert set(KEYS) | set(WIDTHS) | set(IN_LANE_CHANGES) == set(WorldSection.model_fields)
+
+
+@pytest.mark.parametrize(("key", "mistake"), IN_LANE_CHANGES.items())
+def test_a_camera_is_told_how_it_errs_in_lane_changes(town: Scenario, key: str, mistake: str) -> None:
+    assert getattr(lane_mistakes(with_world(town, **{key: 0.7})), mistake) == 0.7
 
 
 def test_every_key_does_something_and_something_of_its_own(run: Callable[..., dict[str, bytes]]) -> None:
