@@ -76,6 +76,31 @@ def test_an_installed_gpsec_lists_checks_and_runs_its_scenarios_by_name(elsewher
     assert "did you mean 'slow_curve'" in wrong.stderr
 
 
+def test_an_installed_gpsec_reports_on_a_run(elsewhere, tmp_path):
+    assert elsewhere("run", "slow_curve", "--duration", "5", "--no-report", "--out", str(tmp_path)).returncode == 0
+    made = elsewhere("report", str(tmp_path))
+    assert made.returncode == 0, made.stderr
+    assert (tmp_path / "report.html").is_file()
+
+
+@pytest.mark.slow
+def test_an_installed_gpsec_trains(elsewhere, tmp_path):
+    only = ("--detector", "chi_square", "--profile", "dsd", "--networks", "suburb")
+    trained = elsewhere("train", *only, "--out", str(tmp_path))
+    assert trained.returncode == 0, trained.stderr
+    assert "chi_square" in (tmp_path / "thresholds.json").read_text(encoding="utf-8")
+    run = ("run", "slow_curve", "--duration", "5", "--no-report", "--set", f"detection.models={tmp_path}")
+    ran = elsewhere(*run, "--set", "fleet.profile=dsd", "--out", str(tmp_path / "run"))
+    assert ran.returncode in (0, 2), ran.stderr
+
+
+@pytest.mark.slow
+def test_an_installed_gpsec_makes_the_tables_of_the_paper(elsewhere, tmp_path):
+    made = elsewhere("paper", "--quick", "--out", str(tmp_path))
+    assert made.returncode == 0, made.stderr
+    assert list(tmp_path.glob("*.csv"))
+
+
 def test_a_path_comes_before_the_name_of_a_scenario(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert find("town").folder == shipped.scenarios() / "town"
