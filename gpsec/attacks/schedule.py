@@ -154,6 +154,14 @@ class Plan:
         schedule.end_step[ending] = step
         return starting, ending
 
+    def due_step(self, schedule: Schedule, rows: Ints) -> int:
+        """Return the first step in which `advance` may find that an attack on `rows` begins or ends."""
+        if self.zone is not None:
+            return 0
+        state = schedule.state[rows]
+        starts, ends = schedule.start_step[rows[state == WAITING]], schedule.end_step[rows[state == UNDER_ATTACK]]
+        return int(min(starts.min(initial=NEVER), ends.min(initial=NEVER)))
+
 
 def _draw_steps(keys: Keys, channel: int, window_s: tuple[float, float], clock: Clock) -> np.ndarray:
     least, most = window_s

@@ -48,10 +48,13 @@ class BranchRows:
         """Let the tracks `target` go on from where `source` are, with branches of their own."""
         self._give_back(cells, target)
         branch = cells.branch[source[:, np.newaxis], self.columns]
-        old, at, group = np.unique(branch, return_index=True, return_inverse=True)
+        # Several tracks may go on from one, each with a copy of every branch.
+        pairs = branch + self._table.capacity * np.arange(len(target))[:, np.newaxis]
+        pair, group = np.unique(pairs, return_inverse=True)
+        at, old = np.divmod(pair, self._table.capacity)
         new = self._take(len(old))
         self._table.copy(old, new)
-        self.now.track[new] = target[at // len(self.columns)]
+        self.now.track[new] = target[at]
         cells.branch[target[:, np.newaxis], self.columns] = new[group].reshape(branch.shape)
 
     def part(self, cells: Cells, tracks: Ints) -> Ints:

@@ -1,6 +1,6 @@
 """The fleet in motion: vehicles come and go, are sensed and spoofed; each vehicle × plan is a track."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from gpsec.attacks.base import Victims
 from gpsec.attacks.knowledge import new_history, note_deviation, past_fixes, record_fixes
-from gpsec.attacks.schedule import Clock, Plan, Schedule, needed_memory_s
+from gpsec.attacks.schedule import NEVER, Clock, Plan, Schedule, needed_memory_s
 from gpsec.core import noise
 from gpsec.core.arrays import Flags, Ints
 from gpsec.core.stopwatch import Stopwatch
@@ -94,6 +94,8 @@ class Loop:
         self._profile_of = settings.profile_of
         self._plans = list(plans)
         self._schedules = [Table(Schedule) for _ in plans]
+        # Before it, no attack of a plan begins or ends.
+        self._due_step = [NEVER] * len(self._plans)
         self._attack_states = [plan.attack.new_state(1) for plan in plans]
         self._history = new_history(1, needed_memory_s(plans), settings.step_s)
         self._method = method
@@ -195,10 +197,11 @@ class Loop:
         self._method.reset(tracks)
         self.tracks.vehicle[tracks] = new
         people = [(departure.vehicle_type, departure.first_id) for departure in frame.departures]
-        for plan, schedule in zip(self._plans, self._schedules, strict=True):
+        for number, (plan, schedule) in enumerate(zip(self._plans, self._schedules, strict=True)):
             aimed = np.array([plan.aims_at(*who) for who in people])
             settled = frame.step + self._settle_steps
             plan.enter(schedule.now, new, vehicles.key[new], aimed, settled, self._clock)
+            self._due_step[number] = min(self._due_step[number], plan.due_step(schedule.now, new))
         self._refresh_rows()
 
     def _move_plans(self, frame: Frame) -> None:
@@ -207,25 +210,37 @@ class Loop:
         tracks = self.tracks
         age = step - self.vehicles.born_step[tracks.vehicle[self.track_rows]]
         tracks.settled[self.track_rows] = age >= self._settle_steps
+        begun: dict[int, Ints] = {}
         for number, (plan, schedule) in enumerate(zip(self._plans, self._schedules, strict=True), start=1):
+            if step < self._due_step[number - 1]:
+                continue
             starting, ending = plan.advance(schedule.now, rows, self.vehicles.rear_m, step, frame.spoofers_m)
+            self._due_step[number - 1] = plan.due_step(schedule.now, rows)
             if len(ending):
                 ended = np.array([self._track(row, number) for row in ending.tolist()], np.int32)
                 tracks.attacked[ended] = False
                 tracks.end_step[ended] = step
             self.attacks[number - 1] += len(starting)
             if len(starting):
-                source = np.array([self._track(row, 0) for row in starting.tolist()], np.int32)
-                forked = self._new_tracks(starting)
-                for state in self._track_states():
-                    state.copy(source, forked)
-                self._method.copy(source, forked)
-                self._attack_states[number - 1].reset(forked)
-                tracks = self.tracks  # the table may have grown
-                tracks.plan[forked] = number
-                tracks.attacked[forked] = True
-                tracks.start_step[forked] = step
-                self._refresh_rows()
+                begun[number] = starting
+        if begun:
+            self._fork(begun, step)
+
+    def _fork(self, begun: Mapping[int, Ints], step: int) -> None:
+        """Fork the benign track of the vehicle rows whose attack begins, by the number of the plan."""
+        vehicle_rows = np.concatenate(list(begun.values()))
+        source = np.array([self._track(row, 0) for row in vehicle_rows.tolist()], np.int32)
+        forked = self._new_tracks(vehicle_rows)
+        for state in self._track_states():
+            state.copy(source, forked)
+        self._method.copy(source, forked)
+        tracks = self.tracks  # the table may have grown
+        tracks.plan[forked] = np.repeat(list(begun), [len(rows) for rows in begun.values()])
+        tracks.attacked[forked] = True
+        tracks.start_step[forked] = step
+        for number in begun:
+            self._attack_states[number - 1].reset(forked[tracks.plan[forked] == number])
+        self._refresh_rows()
 
     def _spoof(self, step: int) -> None:
         tracks, vehicles, seen = self.tracks, self.vehicles, self.seen

@@ -80,19 +80,24 @@ def test_each_is_what_it_would_be_alone(straight, alarm):
 
 
 def test_a_track_that_forks_goes_on_with_branches_of_its_own(straight):
-    rig = steps(Rig(straight, responses=RESPONSES, count=2), 20)
+    rig = steps(Rig(straight, responses=RESPONSES, count=3), 20)
     rig.alarm[:] = False
     rig.alarm[0, rig.column("ukf")] = True
     rig.localize(rig.rows)
-    rig.state.copy(np.array([0], np.int32), np.array([1], np.int32))
-    one, other = branches_of(rig, 0), branches_of(rig, 1)
-    assert set(one.values()).isdisjoint(other.values())
-    # The same defences share with the same others.
-    assert [[one[a] == one[b] for b in one] for a in one] == [[other[a] == other[b] for b in other] for a in other]
+    # Two plans may attack one vehicle from the same step on.
+    rig.state.copy(np.array([0, 0], np.int32), np.array([1, 2], np.int32))
+    one = branches_of(rig, 0)
+    rows = set(one.values())
+    for track in (1, 2):
+        other = branches_of(rig, track)
+        assert rows.isdisjoint(other.values())
+        rows |= set(other.values())
+        # The same defences share with the same others.
+        assert [[one[a] == one[b] for b in one] for a in one] == [[other[a] == other[b] for b in other] for a in other]
     for name in rig.responses:
         filters = rig.filters(name)
-        assert filters.mean[0].tobytes() == filters.mean[1].tobytes()
-        assert filters.track.tolist() == [0, 1]
+        assert filters.mean[0].tobytes() == filters.mean[1].tobytes() == filters.mean[2].tobytes()
+        assert filters.track.tolist() == [0, 1, 2]
 
 
 def test_rows_of_a_track_that_begins_anew_are_used_again(straight):
