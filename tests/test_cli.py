@@ -436,7 +436,7 @@ def test_list_shows_a_line_a_part(capsys: pytest.CaptureFixture[str]) -> None:
     assert names == {"chi_square", *learned, "innovation", "joint", "separation", "told", "never"}
     assert cli.main(["list", "responses"]) == 0
     assert {line.split()[0] for line in capsys.readouterr().out.splitlines()} == {
-        *("none", "gate", "dead_reckoning", "ukf", "rollback", "ukf5", "ukf5_rollback")
+        *("none", "gate", "dead_reckoning", "ukf", "rollback", "consider_ukf", "ukf5", "ukf5_rollback")
     }
     assert cli.main(["list", "scenarios", "--dir", str(Path(__file__).parent.parent / "scenarios")]) == 0
     assert capsys.readouterr().out.splitlines()[-1].startswith("town ")

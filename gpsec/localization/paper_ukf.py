@@ -77,12 +77,13 @@ def predict_position(
 
 
 @inline
-def correct_by_offset(
-    mean: Floats, covariance: Floats, hint: int, room: Room, world: World, profile: int, sight: LaneSight
-) -> tuple[int, int]:
-    """Correct with the camera's lane offset (Eqs 13-16).
+def expect_offset(
+    mean: Floats, covariance: Floats, hint: int, room: Room, world: World, profile: int, lane: int, sigma_m: float
+) -> tuple[int, int, float, float, float, float]:
+    """Predict the lane offset by map matching five sigma points of the position (Eqs 13-14).
 
-    Returns the segment of the mean (-1 where a sigma point had no match; nothing is corrected then) and repairs made.
+    Returns the segment of the mean (-1 where a sigma point had no match), repairs made, the offset that is expected,
+    the variance of what is seen with white noise of `sigma_m`, and its covariances with east and with north.
     """
     lanes, lookup, mode = world.hd_map.lanes, world.hd_map.lookup, world.hd_map.mode
     layer = world.hd_map.layer[profile]
@@ -105,7 +106,7 @@ def correct_by_offset(
     segment = hint
     if mode == TRACKED:
         reach = max(sqrt(a * a + b * b), c)
-        pose = Pose(layer, sight.lane, mean[0], mean[1], heading)
+        pose = Pose(layer, lane, mean[0], mean[1], heading)
         count, segment = gather_around(lanes, lookup, pose, hint, reach, room.near)
     z0 = z1 = z2 = z3 = z4 = 0.0
     centre = -1
@@ -115,12 +116,12 @@ def correct_by_offset(
         if count > 0:
             segment = nearest_of(lanes, room.near, count, x, y)
         else:
-            segment = match(lanes, lookup, mode, Pose(layer, sight.lane, x, y, heading), segment)
+            segment = match(lanes, lookup, mode, Pose(layer, lane, x, y, heading), segment)
         if segment < 0:
-            return -1, repairs
+            return -1, repairs, 0.0, 0.0, 0.0, 0.0
         z, cosine = offset_on(lanes, segment, x, y, heading, mode == TRACKED)
         if abs(cosine) < MIN_COS:
-            return -1, repairs
+            return -1, repairs, 0.0, 0.0, 0.0, 0.0
         if k == 0:
             z0 = z
             centre = segment
@@ -136,14 +137,30 @@ def correct_by_offset(
     expected = 0.0
     for k in range(5):
         expected += MEAN_WEIGHTS[k] * zs[k]
-    S = sight.sigma_m * sight.sigma_m
+    variance = sigma_m * sigma_m
     cross_x = 0.0
     cross_y = 0.0
     for k in range(5):
         dz = zs[k] - expected
-        S += COVARIANCE_WEIGHTS[k] * dz * dz
+        variance += COVARIANCE_WEIGHTS[k] * dz * dz
         cross_x += COVARIANCE_WEIGHTS[k] * ex[k] * dz
         cross_y += COVARIANCE_WEIGHTS[k] * ey[k] * dz
+    return centre, repairs, expected, variance, cross_x, cross_y
+
+
+@inline
+def correct_by_offset(
+    mean: Floats, covariance: Floats, hint: int, room: Room, world: World, profile: int, sight: LaneSight
+) -> tuple[int, int]:
+    """Correct with the camera's lane offset (Eqs 13-16).
+
+    Returns the segment of the mean (-1 where a sigma point had no match; nothing is corrected then) and repairs made.
+    """
+    seen = expect_offset(mean, covariance, hint, room, world, profile, sight.lane, sight.sigma_m)
+    segment, repairs, expected, S, cross_x, cross_y = seen
+    if segment < 0:
+        return -1, repairs
+    P = covariance
     gain_x = cross_x / S
     gain_y = cross_y / S
     mean[0] += gain_x * (sight.offset_m - expected)
@@ -152,7 +169,7 @@ def correct_by_offset(
     P[0, 1] -= gain_x * S * gain_y
     P[1, 0] = P[0, 1]
     P[1, 1] -= gain_y * S * gain_y
-    return centre, repairs
+    return segment, repairs
 
 
 @inline

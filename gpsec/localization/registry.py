@@ -3,6 +3,7 @@
 from gpsec.core.registry import Registry, subclass_named
 from gpsec.localization.responses import (
     CameraUkf,
+    ConsiderUkf,
     DeadReckoning,
     Gate,
     NoResponse,
@@ -18,6 +19,7 @@ _OWN: tuple[type[Response], ...] = (
     DeadReckoning,
     CameraUkf,
     Rollback,
+    ConsiderUkf,
     Ukf5,
     Ukf5Rollback,
 )

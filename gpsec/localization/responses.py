@@ -3,7 +3,7 @@
 from typing import ClassVar
 
 from gpsec.core.arrays import Ints
-from gpsec.localization import lane_ukf, paper_ukf
+from gpsec.localization import consider_ukf, lane_ukf, paper_ukf
 from gpsec.localization.family import Correction, Filter, correcting, no_correction, rewinding
 from gpsec.localization.gated import GATED_EKF
 from gpsec.localization.history import Recall, Recorded
@@ -90,6 +90,14 @@ class Rollback(CameraUkf):
 
     name: ClassVar[str] = "rollback"
     rolls_back: ClassVar[bool] = True
+
+
+class ConsiderUkf(Response):
+    """The paper's UKF, which considers what does not average away: camera, odometer scale, gyro bias and yaw."""
+
+    name: ClassVar[str] = "consider_ukf"
+    filter: ClassVar[Filter] = consider_ukf.CONSIDERING_EKF
+    correction: ClassVar[Correction | None] = consider_ukf.correct_considering
 
 
 class Ukf5(Response):

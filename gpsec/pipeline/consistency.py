@@ -29,8 +29,8 @@ from gpsec.types.vehicles import Measurements, Vehicles
 # An attack that displaces nothing: it only lets `told` isolate.
 _ALARM = {"attack": "constant_bias", "name": "alarm", "bias_m": 1e-12, "share": 1.0, "duration_s": [30.0, 30.0]}
 # What is called EKF below is what trusts GNSS all the time.
-TRUSTING = {"EKF": ("never", "none"), "learning EKF": ("never", "ukf5")}
-ISOLATED = {name: ("told", name) for name in ("dead_reckoning", "ukf", "ukf5")}
+TRUSTING = {"EKF": ("never", "none"), "considering EKF": ("never", "consider_ukf"), "learning EKF": ("never", "ukf5")}
+ISOLATED = {name: ("told", name) for name in ("dead_reckoning", "ukf", "consider_ukf", "ukf5")}
 EVERY_STEPS = 5
 
 

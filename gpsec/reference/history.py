@@ -6,6 +6,7 @@ from math import ceil
 
 from gpsec.filters.noise import FilterNoise
 from gpsec.localization.rejoin import SwitchSettings
+from gpsec.reference.considering import ConsideringEkf, ConsideringUkf
 from gpsec.reference.filters import GnssEkf, PositionUkf, wrapped
 from gpsec.reference.learning import LaneUkf, LearningEkf
 from gpsec.reference.matching import LaneMatcher
@@ -56,7 +57,11 @@ def isolated(ekf: GnssEkf | LearningEkf, heading_rad: float | None, noise: Filte
 
     Where spoofed fixes have turned the filter, the heading sensor's yaw is better; None where fixes were only lost.
     """
-    ukf = LaneUkf.isolated(ekf) if isinstance(ekf, LearningEkf) else PositionUkf.isolated(ekf)
+    ukf: PositionUkf | LaneUkf
+    if isinstance(ekf, ConsideringEkf):
+        ukf = ConsideringUkf.isolated(ekf)
+    else:
+        ukf = LaneUkf.isolated(ekf) if isinstance(ekf, LearningEkf) else PositionUkf.isolated(ekf)
     if heading_rad is not None and abs(wrapped(ukf.yaw_rad - heading_rad)) > _YAW_SIGMAS * noise.heading_rad:
         ukf.take_yaw(heading_rad)
     return ukf

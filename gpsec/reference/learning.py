@@ -181,8 +181,7 @@ class LaneUkf:
     def update(self, matcher: LaneMatcher, sight: Sight) -> bool:
         """Correct with offset and slope of the lane that the camera sees; False where a sigma point has no match."""
         noise = self.noise
-        white = sqrt(max(sight.camera_sigma_m**2 - noise.camera_bias_m**2 - noise.camera_mount_m**2, 0.0))
-        white = max(white, noise.camera_white_m)
+        white = camera_white_m(noise, sight.camera_sigma_m)
         slope_sigma = noise.camera_slope * (white / noise.camera_white_m) ** 3
 
         def expected(point: Floats) -> Floats:
@@ -227,3 +226,9 @@ def learnt_motion(
     Q[4, 4] = noise.gyro_bias_rps**2 * (1.0 - keeps**2)
     moved = np.array([east + shift[0], north + shift[1], wrapped(yaw + turn), scale, keeps * gyro])
     return moved, F, Q
+
+
+def camera_white_m(noise: FilterNoise[float], stated_m: float) -> float:
+    """Return σ of the white part of the camera's offset, from the σ that it states for all of it."""
+    slow = noise.camera_bias_m**2 + noise.camera_mount_m**2
+    return max(sqrt(max(stated_m**2 - slow, 0.0)), noise.camera_white_m)

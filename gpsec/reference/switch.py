@@ -7,6 +7,7 @@ import numpy as np
 
 from gpsec.core.arrays import Floats
 from gpsec.core.errors import GpsecError, nearest
+from gpsec.reference.considering import ConsideringEkf
 from gpsec.reference.filters import GnssEkf, PositionUkf
 from gpsec.reference.history import Rules, SightHistory, heading_before, isolated
 from gpsec.reference.learning import GatedEkf, LaneUkf, LearningEkf
@@ -15,7 +16,16 @@ from gpsec.reference.pairing import Residual
 from gpsec.reference.sight import Sight
 from gpsec.types.tracks import SAMPLE_S
 
-REFERENCE_RESPONSES = ("none", "gate", "dead_reckoning", "ukf", "rollback", "ukf5", "ukf5_rollback")
+REFERENCE_RESPONSES = (
+    "none",
+    "gate",
+    "dead_reckoning",
+    "ukf",
+    "rollback",
+    "consider_ukf",
+    "ukf5",
+    "ukf5_rollback",
+)
 _TRUSTING = ("none", "gate")
 _SIGMAS = 3.0
 _ALONG_SLACK_M = 1.0
@@ -27,8 +37,10 @@ class TrackDefence:
     def __init__(self, response: str, rules: Rules, fix_m: Floats, heading_rad: float) -> None:
         self.response = response
         self._rules = rules
-        self._learns = response.startswith("ukf5")
-        kind = GatedEkf if response == "gate" else LearningEkf if self._learns else GnssEkf
+        # Those have the odometer's scale in their covariance.
+        kinds = {"consider_ukf": ConsideringEkf, "ukf5": LearningEkf, "ukf5_rollback": LearningEkf}
+        self._knows_scale = response in kinds
+        kind = GatedEkf if response == "gate" else kinds.get(response, GnssEkf)
         self.ekf: GnssEkf | LearningEkf | None = kind.at_first_fix(rules.noise, fix_m, heading_rad)
         self.ukf: PositionUkf | LaneUkf | None = None
         self.corrected = False
@@ -84,8 +96,7 @@ class TrackDefence:
         noise, settings, half = self._rules.noise, self._rules.settings, self._rules.step_s / 2.0
         ahead = np.array([cos(ukf.yaw_rad), sin(ukf.yaw_rad)])
         along = float(ahead @ (residual.fix_m - ukf.mean))
-        # A filter that has learnt the scale of its odometer has this in its covariance.
-        drift = 0.0 if self._learns else (noise.odometer_scale * self._way_m) ** 2
+        drift = 0.0 if self._knows_scale else (noise.odometer_scale * self._way_m) ** 2
         variance = float(ahead @ ukf.covariance @ ahead) + drift + noise.gnss_white_m**2 + noise.gnss_bias_m**2
         lateral_agrees = abs(residual.z_m) <= _SIGMAS * noise.residual_m
         along_agrees = abs(along) - _ALONG_SLACK_M <= _SIGMAS * sqrt(variance)

@@ -24,7 +24,16 @@ from gpsec.detection.lstm_cusum import LstmCusum
 from gpsec.detection.lstm_glr import LstmGlr
 from gpsec.detection.separation import Separation
 from gpsec.localization.rejoin import SwitchSettings
-from gpsec.localization.responses import CameraUkf, DeadReckoning, Gate, NoResponse, Rollback, Ukf5, Ukf5Rollback
+from gpsec.localization.responses import (
+    CameraUkf,
+    ConsiderUkf,
+    DeadReckoning,
+    Gate,
+    NoResponse,
+    Rollback,
+    Ukf5,
+    Ukf5Rollback,
+)
 from gpsec.localization.switch import Localization
 from gpsec.localization.world import World
 from gpsec.pipeline.build import Ground, lay_ground, monitor_for, sampling_of
@@ -55,6 +64,7 @@ DEFENCES = (
     ("isolation_forest", CameraUkf),
     ("lstm_glr", DeadReckoning),
     ("isolation_forest", Rollback),
+    ("isolation_forest", ConsiderUkf),
     ("chi_square", Ukf5),
     ("cusum", Ukf5Rollback),
 )
