@@ -84,23 +84,29 @@ def stress(
 
 
 def _show(table: "pd.DataFrame") -> None:
-    """Show false alarms and lines touched, one line for each factor."""
+    """Show false alarms and lines touched, one table for each false-alarm rate and one line for each factor."""
     from rich.table import Table
 
     from gpsec.console.terminal import tables
     from gpsec.paper.stress import is_bound
     from gpsec.report.formatting import figure
-    from gpsec.report.stress_page import honest_rows
+    from gpsec.report.stress_page import detector_rate, honest_rows, rates
+    from gpsec.types.points import without_rate
 
     honest = honest_rows(table)
-    detectors = [name for name in honest["detector"].unique() if not is_bound(name)]
-    shown_table = Table("false alarms/h (honest vehicles that touch a line)", *detectors, box=None)
-    for title, rows in honest.groupby("title", sort=False):
-        of = rows.drop_duplicates("detector").set_index("detector")
-        cells = []
-        for name in detectors:
-            row = of.loc[name]
-            touched = "" if row.isna()["line_touched"] else f" ({int(row['line_touched'])})"
-            cells.append(figure(row["false_alarms_per_vehicle_hour"]) + touched)
-        shown_table.add_row(str(title), *cells)
-    tables(_NARROWEST).print(shown_table)
+    honest = honest[~honest["detector"].map(is_bound)]
+    console = tables(_NARROWEST)
+    console.print("False alarms per vehicle-hour, and honest vehicles that touch a line")
+    for rate in rates(honest):
+        mine = honest[honest["detector"].map(lambda name, wanted=rate: detector_rate(name) == wanted)]
+        names = list(dict.fromkeys(mine["detector"]))
+        shown_table = Table(f"thresholds at {rate}", *map(without_rate, names), box=None)
+        for title, rows in mine.groupby("title", sort=False):
+            of = rows.drop_duplicates("detector").set_index("detector")
+            cells = []
+            for name in names:
+                row = of.loc[name]
+                touched = "" if row.isna()["line_touched"] else f" ({int(row['line_touched'])})"
+                cells.append(figure(row["false_alarms_per_vehicle_hour"]) + touched)
+            shown_table.add_row(str(title), *cells)
+        console.print(shown_table)

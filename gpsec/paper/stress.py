@@ -16,7 +16,7 @@ from gpsec.scenario.load import changed
 from gpsec.scenario.model import MAX_NAME
 from gpsec.scenario.overrides import Override
 from gpsec.scenario.sections import Defence
-from gpsec.types.points import detector_at
+from gpsec.types.points import HEADLINE_RATE, detector_at
 
 TABLE_OF_STRESS = "stress.csv"
 # What stands behind a detector of which the scenario has no defence.
@@ -60,7 +60,11 @@ def stressed(scenario: Scenario, factors: Sequence[str], seeds: Sequence[int]) -
     known = {(defence.detector, defence.rate) for defence in scenario.defences}
     points = [point for point in scenario.points() if point[0] not in BOUNDS and point not in known]
     added = [Defence(detector=name, response=_RESPONSE, rate=rate) for name, rate in points]
-    whole_scenario = scenario.model_copy(update={"defences": (*scenario.defences, *added)})
+    order = [*BOUNDS, *scenario.detection.detectors]
+    defences = sorted(
+        (*scenario.defences, *added), key=lambda one: (one.rate != HEADLINE_RATE, one.rate, order.index(one.detector))
+    )
+    whole_scenario = scenario.model_copy(update={"defences": tuple(defences)})
     made: dict[str, list[Scenario]] = {}
     for factor in factors:
         keys = [Override(("world", key), value, f"factor {factor}") for key, value in FACTORS[factor].world.items()]

@@ -12,6 +12,7 @@ from gpsec.report.figure_data import Figure, Series, Values, colours
 from gpsec.report.formatting import EMPTY, Record, figure, interval
 from gpsec.report.page import render, write_page
 from gpsec.report.tables import ReportTable, TableCell, TableRow
+from gpsec.types.points import HEADLINE_RATE, without_rate
 
 PAGE, MARKDOWN = "stress.html", "stress.md"
 # On a logarithmic axis, no false alarm has this place.
@@ -40,6 +41,11 @@ def write_stress(table: pd.DataFrame, name: str, folder: Path) -> list[Path]:
 def honest_rows(table: pd.DataFrame) -> pd.DataFrame:
     """Return one row for each factor and defence: what is the same under every attack."""
     return table.drop_duplicates(["factor", "detector", "response"])
+
+
+def detector_rate(point: str) -> str:
+    """Return the false-alarm rate of a detector that is named with it."""
+    return point.partition("@")[2] or HEADLINE_RATE
 
 
 def _defence(row: Record | pd.Series) -> str:
@@ -139,18 +145,28 @@ def _touched(row: Record) -> str:
     return EMPTY if pd.isna(row["line_touched"]) else f"{int(row['line_touched'])}/{int(row['n_vehicles'])}"
 
 
+def rates(table: pd.DataFrame) -> list[str]:
+    """Return the false-alarm rates that detectors of the table have, the headline rate first."""
+    found = {detector_rate(str(name)) for name in table["detector"].unique()}
+    return sorted(found, key=lambda rate: (rate != HEADLINE_RATE, rate))
+
+
 def markdown(table: pd.DataFrame) -> Iterator[str]:
-    """Yield the lines of three tables: false alarms, honest vehicles that touch a line, and detection."""
-    honest, detectors = honest_rows(table), _detectors(table)
-    scored = honest[honest["detector"].isin(detectors)].drop_duplicates(["factor", "detector"])
-    yield "False alarms per vehicle-hour of honest vehicles (alarms that begin):"
-    yield from _pivot(scored, "detector", lambda row: figure(row["false_alarms_per_vehicle_hour"]))
-    yield "Honest vehicles that would have touched a line, had they steered by their estimate:"
-    yield from _pivot(honest.assign(defence=honest.apply(_defence, axis=1)), "defence", _touched)
-    for attack in (name for name in table["attack"].unique() if name != "none"):
-        mine = table[(table["attack"] == attack) & table["detector"].isin(detectors)]
-        yield f"`{attack}`: share seen, mean delay in seconds, F1:"
-        yield from _pivot(mine.drop_duplicates(["factor", "detector"]), "detector", _seen)
+    """Yield tables for each false-alarm rate: false alarms, honest vehicles that touch a line, and detection."""
+    for rate in rates(table):
+        mine = table[table["detector"].map(lambda name, wanted=rate: detector_rate(name) == wanted)]
+        honest, detectors = honest_rows(mine), _detectors(mine)
+        scored = honest[honest["detector"].isin(detectors)].drop_duplicates(["factor", "detector"])
+        yield f"## Thresholds at {rate}"
+        yield ""
+        yield "False alarms per vehicle-hour of honest vehicles (alarms that begin):"
+        yield from _pivot(scored, "detector", lambda row: figure(row["false_alarms_per_vehicle_hour"]))
+        yield "Honest vehicles that would have touched a line, had they steered by their estimate:"
+        yield from _pivot(honest.assign(defence=honest.apply(_defence, axis=1)), "defence", _touched)
+        for attack in (name for name in mine["attack"].unique() if name != "none"):
+            attacked = mine[(mine["attack"] == attack) & mine["detector"].isin(detectors)]
+            yield f"`{attack}`: share seen, mean delay in seconds, F1:"
+            yield from _pivot(attacked.drop_duplicates(["factor", "detector"]), "detector", _seen)
 
 
 def _seen(row: Record) -> str:
@@ -164,7 +180,7 @@ def _three(value: float) -> str:
 def _pivot(table: pd.DataFrame, column: str, cell: Callable[[Record], str]) -> Iterator[str]:
     names = list(dict.fromkeys(table[column]))
     yield ""
-    yield f"| differs | {' | '.join(f'`{name}`' for name in names)} |"
+    yield f"| differs | {' | '.join(f'`{without_rate(str(name))}`' for name in names)} |"
     yield f"|---|{'---|' * len(names)}"
     for title, rows in table.groupby("title", sort=False):
         found = {row[column]: cell(row) for row in rows.to_dict("records")}

@@ -43,7 +43,7 @@ def test_every_detector_has_a_defence(scenario: Scenario) -> None:
     [run] = stressed(alone, ["nothing"], [1])["nothing"]
     assert [one.name for one in run.defences] == [
         "never+none",
-        *(f"{name}{rate}+ukf" for name in scenario.detection.detectors for rate in ("", "@1e-3/sample")),
+        *(f"{name}{rate}+ukf" for rate in ("", "@1e-3/sample") for name in scenario.detection.detectors),
     ]
 
 
@@ -120,6 +120,19 @@ def test_without_an_attack_there_are_honest_vehicles(tmp_path: Path) -> None:
     assert table["f1"].isna().all()
     lines = list(markdown(table.assign(factor="nothing", title="nothing")))
     assert any(line.startswith("| nothing | ") for line in lines)
+
+
+def test_each_false_alarm_rate_has_its_tables(tmp_path: Path) -> None:
+    found = stress_rows([write_run(tmp_path / "run", log=False)]).assign(factor="nothing", title="nothing")
+    rare = found[found["detector"] == "cusum"]
+    often = rare.assign(detector="cusum@1e-3/sample", false_alarms_per_vehicle_hour=36.0)
+    text = "\n".join(markdown(pd.concat([found, often])))
+    first, second = text.split("## Thresholds at ")[1:]
+    assert first.startswith("0.1/h")
+    assert second.startswith("1e-3/sample")
+    assert "| nothing | 0.00 |" in first
+    assert "| nothing | 36.0 |" in second
+    assert "@" not in second
 
 
 def test_an_unknown_factor_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
