@@ -5,9 +5,33 @@ from math import atan, ceil, cos
 
 import numpy as np
 
-from gpsec.association import tracked as rules
 from gpsec.association.geometry import FAR
 from gpsec.association.state import HYPOTHESES
+from gpsec.association.tracked import (
+    AS_LIKELY,
+    BEND_PER_M,
+    BIAS_SAMPLES,
+    BLIND_S,
+    CONTRADICTION_M,
+    CROSSED_M,
+    DROP,
+    EDGE_SIGMA_M,
+    HEADING_SIGMA,
+    LEAST_BLIND,
+    LEAST_OFFSET,
+    LEAST_SLOPE,
+    NEIGHBOUR,
+    SETTLING_S,
+    SLOPE_SAMPLES,
+    SLOPE_SIGMA,
+    START_M,
+    STRIKES,
+    SURPRISE,
+    SURPRISE_M,
+    SUSPICIOUS,
+    TRUSTED,
+    UNSURE,
+)
 from gpsec.core.arrays import Floats
 from gpsec.filters.noise import LASTING_ERROR_S, FilterNoise
 from gpsec.hdmap.search import MIN_COS
@@ -79,7 +103,7 @@ class TrackAssociation:
                 self._free.take(sight.fix_m)
                 self._use_fix(self._free, sight.fix_m)
         if sight.lane_offset_m is not None:
-            if self._blind_s > rules.BLIND_S:
+            if self._blind_s > BLIND_S:
                 self._look_again(self._free, sight.lane_offset_m, sight.camera_sigma_m, sight.heading_rad)
             self._blind_s = 0.0
             self._use_camera(sight, sight.lane_offset_m)
@@ -110,9 +134,9 @@ class TrackAssociation:
         noise = self._noise
         self.hypotheses = {}
         self._strikes = 0
-        self._settling = ceil(rules.SETTLING_S / noise.gnss_period_s)
+        self._settling = ceil(SETTLING_S / noise.gnss_period_s)
         spread = (noise.gnss_white_m**2 + noise.gnss_bias_m**2) * np.eye(2)
-        reach_m = rules.START_M * (2.0 if self._begun else 1.0)
+        reach_m = START_M * (2.0 if self._begun else 1.0)
         for lane in range(len(self._map.lane_ids)):
             for segment, distance_m in self._line(lane).within(position_m, heading_rad, reach_m):
                 self._propose(lane, Hypothesis(segment, position_m, spread, -FAR * distance_m**2))
@@ -143,13 +167,13 @@ class TrackAssociation:
                 waiting.append((after, replace(one, segment=0)))
 
     def _use_fix(self, free: FreeFilter, fix_m: Floats) -> None:
-        if free.accepted < (rules.TRUSTED if self._begun else 1):
+        if free.accepted < (TRUSTED if self._begun else 1):
             return
         settling = self._settling > 0
         if settling:
             self._settling -= 1
             self._begun = self._begun or self._settling == 0
-        variance = free.white_variance + rules.BIAS_SAMPLES * self._noise.gnss_bias_m**2
+        variance = free.white_variance + BIAS_SAMPLES * self._noise.gnss_bias_m**2
         for lane, one in self.hypotheses.items():
             along = self._line(lane).direction[one.segment]
             one.correct(along, float(along @ (fix_m - one.position_m)), variance)
@@ -169,10 +193,10 @@ class TrackAssociation:
         at = self._beside(best, one, heading_rad)
         across = float(at.left @ one.covariance @ at.left)
         off = (offset_m - at.offset_m) * cos(at.turn_rad)
-        surprised = off**2 > rules.SURPRISE * (across + sigma_m**2) and abs(off) > rules.SURPRISE_M
-        if not surprised and across <= (rules.UNSURE * self._width(best)) ** 2:
+        surprised = off**2 > SURPRISE * (across + sigma_m**2) and abs(off) > SURPRISE_M
+        if not surprised and across <= (UNSURE * self._width(best)) ** 2:
             return
-        self._settling = ceil(rules.SETTLING_S / self._noise.gnss_period_s)
+        self._settling = ceil(SETTLING_S / self._noise.gnss_period_s)
         if surprised:
             free.doubt(off**2)
             for one in self.hypotheses.values():
@@ -196,40 +220,40 @@ class TrackAssociation:
         for lane, one in before:
             at = self._beside(lane, one, heading)
             off = offset_m - at.offset_m
-            if cos(at.turn_rad) >= MIN_COS and abs(off) > rules.SUSPICIOUS * self._width(lane):
-                self._propose_neighbour(lane, one, off < 0.0, one.weight + rules.NEIGHBOUR, heading)
+            if cos(at.turn_rad) >= MIN_COS and abs(off) > SUSPICIOUS * self._width(lane):
+                self._propose_neighbour(lane, one, off < 0.0, one.weight + NEIGHBOUR, heading)
         explained = False
-        white = rules.SLOPE_SIGMA**2
+        white = SLOPE_SIGMA**2
         for lane, one in self.hypotheses.items():
             at = self._beside(lane, one, heading)
             if cos(at.turn_rad) < MIN_COS:
-                one.weight += rules.LEAST_OFFSET
+                one.weight += LEAST_OFFSET
                 continue
             off = offset_m - at.offset_m
-            explained = explained or abs(off) <= rules.CONTRADICTION_M
+            explained = explained or abs(off) <= CONTRADICTION_M
             ahead = np.array([at.left[1], -at.left[0]])
             variance = float(at.left @ one.covariance @ at.left) + sigma**2
             slip = wrapped(slope - at.turn_rad)
             spread = white + at.curvature_per_m**2 * float(ahead @ one.covariance @ ahead)
-            one.weight += max(-(off**2) / 2.0 / variance, rules.LEAST_OFFSET)
-            one.weight += max(-(slip**2) / 2.0 / spread, rules.LEAST_SLOPE)
+            one.weight += max(-(off**2) / 2.0 / variance, LEAST_OFFSET)
+            one.weight += max(-(slip**2) / 2.0 / spread, LEAST_SLOPE)
             if off**2 < max(self._width(lane) ** 2 / 4.0, 4.0 * variance):
                 one.correct(at.left, off * cos(at.turn_rad), sigma**2)
-                if abs(at.curvature_per_m) > rules.BEND_PER_M:
-                    one.correct(at.curvature_per_m * ahead, slip, rules.SLOPE_SAMPLES * white)
+                if abs(at.curvature_per_m) > BEND_PER_M:
+                    one.correct(at.curvature_per_m * ahead, slip, SLOPE_SAMPLES * white)
         self.unmatched = not explained
 
     def _use_heading(self, heading_rad: float) -> None:
         for lane, one in list(self.hypotheses.items()):
             at = self._beside(lane, one, heading_rad)
             beyond = max(abs(at.offset_m) - self._width(lane) / 2.0, 0.0)
-            variance = float(at.left @ one.covariance @ at.left) + rules.EDGE_SIGMA_M**2
-            cost = -((at.turn_rad / rules.HEADING_SIGMA) ** 2) / 2.0 - beyond**2 / 2.0 / variance
-            one.weight += max(cost, rules.LEAST_BLIND)
+            variance = float(at.left @ one.covariance @ at.left) + EDGE_SIGMA_M**2
+            cost = -((at.turn_rad / HEADING_SIGMA) ** 2) / 2.0 - beyond**2 / 2.0 / variance
+            one.weight += max(cost, LEAST_BLIND)
         for lane, one in list(self.hypotheses.items()):
             at = self._beside(lane, one, heading_rad)
             beyond = abs(at.offset_m) - self._width(lane) / 2.0
-            if beyond > rules.CROSSED_M and cos(at.turn_rad) >= MIN_COS:
+            if beyond > CROSSED_M and cos(at.turn_rad) >= MIN_COS:
                 self._propose_neighbour(lane, one, at.offset_m > 0.0, one.weight - 1.0, heading_rad)
 
     def _settle(self, free: FreeFilter | None, heading_rad: float) -> None:
@@ -243,8 +267,8 @@ class TrackAssociation:
         self._strikes = self._strikes + 1 if self.unmatched else 0
         for one in self.hypotheses.values():
             one.weight -= top
-        self.hypotheses = {lane: one for lane, one in self.hypotheses.items() if one.weight >= rules.DROP}
-        self.known = all(lane == best or one.weight <= rules.AS_LIKELY for lane, one in self.hypotheses.items())
+        self.hypotheses = {lane: one for lane, one in self.hypotheses.items() if one.weight >= DROP}
+        self.known = all(lane == best or one.weight <= AS_LIKELY for lane, one in self.hypotheses.items())
         self.best = best
-        if self._strikes >= rules.STRIKES:
+        if self._strikes >= STRIKES:
             self._begin(position_m, heading_rad)
