@@ -21,7 +21,7 @@ RIGHT_M = 0.5
 SOON_S, LATER_S = 0.1, 0.5
 # Phases of a track: without an attack, under one, and afterwards.
 PHASES = ("honest", "attacked", "after")
-HONEST, UNDER_ATTACK, AFTER = range(3)
+HONEST, DURING, AFTER = range(3)
 # What is counted: steps at each place and the right ones of these; lane changes, and the right ones soon, and later.
 JUDGED_PLACES = ("road", "seen", "junction", "fork")
 JUDGED, UNKNOWN_LANE, UNMATCHED, CHANGES, SOON, LATER, FIRST_PLACE = range(7)
@@ -103,7 +103,7 @@ def judge_lanes(
         _follow_change(row, right, judge, vehicles.camera_lane[v], sums)
         if vehicles.against[v] or not (tracks.settled[row] or tracks.attacked[row]):
             continue
-        phase = UNDER_ATTACK if tracks.attacked[row] else (HONEST if tracks.plan[row] == 0 else AFTER)
+        phase = DURING if tracks.attacked[row] else (HONEST if tracks.plan[row] == 0 else AFTER)
         cell = counts[tracks.plan[row], vehicles.profile[v], phase]
         here = roads.lanes.lane[vehicles.segment[v]]
         inside = internal[vehicles.lane[v]] or internal[here]
