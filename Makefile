@@ -7,7 +7,7 @@ READY := $(VENV)/.ready
 FRESH := build/fresh
 SCENARIOS := scenarios/town scenarios/highway scenarios/sharp_turns scenarios/slow_curve
 
-.PHONY: help setup constraints fleet-eval bench soak paper-tables train nets docs test test-all fuzz lint check clean
+.PHONY: help setup constraints fleet-eval bench soak paper-tables train calibrate nets docs test test-all fuzz lint check clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
@@ -42,6 +42,9 @@ paper-tables: $(READY) ## re-create the paper's tables in results/paper; goes on
 
 train: $(READY) ## train and calibrate the detectors into gpsec/models
 	$(BIN)/gpsec train --out gpsec/models
+
+calibrate: $(READY) ## calibrate rare false alarms of gpsec/models on 1,000 vehicle-hours each; goes on where it stopped
+	$(BIN)/gpsec calibrate --out gpsec/models
 
 nets: $(READY) ## rebuild the road networks in sumo_nets
 	$(BIN)/python -m sumo_nets.build

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from gpsec.running.checking import Checked
     from gpsec.running.results import Results, load, unit
     from gpsec.scenario import Scenario
-    from gpsec.training import TrainingProgress, train
+    from gpsec.training import TrainingProgress, calibrate, train
 
 __all__ = [
     "Checked",
@@ -27,6 +27,7 @@ __all__ = [
     "Scenario",
     "TrainingProgress",
     "__version__",
+    "calibrate",
     "check",
     "load",
     "read_scenario",
@@ -42,7 +43,7 @@ _HOMES = {
     "gpsec.running.checking": ("Checked",),
     "gpsec.running.results": ("Results", "load", "unit"),
     "gpsec.scenario": ("Scenario",),
-    "gpsec.training": ("TrainingProgress", "train"),
+    "gpsec.training": ("TrainingProgress", "calibrate", "train"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 

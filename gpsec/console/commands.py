@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from gpsec.console.calibrate import calibrate
 from gpsec.console.check import check
 from gpsec.console.clean import clean
 from gpsec.console.demand import demand
@@ -95,6 +96,7 @@ _COMMANDS: dict[str, Callable[..., int | None]] = {
     "clean": clean,
     "schema": schema,
     "train": train,
+    "calibrate": calibrate,
     "paper": paper,
     "stress": stress,
 }

@@ -99,6 +99,7 @@ class Detection:
     Attributes:
         names: of the K operating points, those of one detector side by side.
         rates: of each point, empty where its threshold is not calibrated.
+        origins: of the threshold of each point: `counted`, `model` (of extreme values) or `fixed`.
         detectors: that of each point; points of one detector have the same object.
         thresholds: (profiles, K).
         scale_m: (profiles,) standard deviation of the residual that each profile promises.
@@ -108,6 +109,7 @@ class Detection:
 
     names: tuple[str, ...]
     rates: tuple[str, ...]
+    origins: tuple[str, ...]
     detectors: tuple[Detector | LabelledDetector, ...]
     thresholds: Floats
     scale_m: Floats

@@ -66,10 +66,20 @@ MAX_ROUNDS = 8
 
 @dataclass(frozen=True)
 class Calibrated:
-    """A threshold and the false-alarm rate that it had on the calibration data."""
+    """A threshold and the false-alarm rate that it had on the calibration data.
+
+    Attributes:
+        threshold: over which a statistic is an alarm.
+        achieved: the rate; by the model, the one that was asked for.
+        lo, hi: its 95 % interval, None where there is none; by the model, that of the fit as well.
+        model: it is not counted, but from a model of extreme values.
+    """
 
     threshold: float
     achieved: float
+    lo: float | None = None
+    hi: float | None = None
+    model: bool = False
 
 
 @dataclass(frozen=True)
@@ -82,6 +92,7 @@ class ReplayCounts:
         hours: vehicle-hours.
         statistic: (scored,) all scored values.
         peak: (V,) largest statistic of a vehicle, settled or not.
+        settled_peak: (V,) the largest while settled.
     """
 
     scored: int
@@ -90,6 +101,7 @@ class ReplayCounts:
     hours: float
     statistic: Floats
     peak: Floats
+    settled_peak: Floats
 
     def expected(self, rate: Rate) -> float:
         """Return how many events the data would hold at exactly that rate."""
@@ -104,7 +116,7 @@ def replay(
     state = detector.new_state(vehicles).now
     answers = Table(Answers, vehicles, detectors=1, defences=0).now
     before: Flags = np.zeros(vehicles, np.bool_)
-    peak = np.zeros(vehicles)
+    peak, settled_peak = np.zeros(vehicles), np.zeros(vehicles)
     settle_steps = round(settle_s / grid.step_s)
     alarmed, onsets, samples = 0, 0, 0
     values = [np.zeros(0)]
@@ -115,13 +127,15 @@ def replay(
         statistic, hit, alarm = answers.statistic[:m, 0], answers.scored[:m, 0], answers.alarm[:m, 0]
         np.maximum(peak[:m], statistic, out=peak[:m])
         if step >= settle_steps:
+            np.maximum(settled_peak[:m], statistic, out=settled_peak[:m])
             samples += m
             alarmed += int((hit & alarm).sum())
             onsets += int((alarm & ~before[:m]).sum())
             values.append(statistic[hit])
         before[:m] = alarm
     scores = np.concatenate(values)
-    return ReplayCounts(len(scores), alarmed, onsets, samples * grid.step_s / 3600.0, scores, peak)
+    hours = samples * grid.step_s / 3600.0
+    return ReplayCounts(len(scores), alarmed, onsets, hours, scores, peak, settled_peak)
 
 
 def calibrate(
@@ -154,7 +168,7 @@ def calibrate(
         answer[name] = None
         if rate.model or opened.expected(rate) < MIN_EVENTS:
             continue
-        search = _Search.start(rate, values, opened)
+        search = Search.start(rate, values, opened)
         for _ in range(MAX_ROUNDS):
             closed = replay(detector, grid.select(opened.peak > search.trial), search.trial, settle_s, threads)
             search.learn(closed.onsets / opened.hours if rate.per_hour else closed.alarmed / opened.scored)
@@ -165,7 +179,7 @@ def calibrate(
     return answer
 
 
-class _Search:
+class Search:
     """Bisection for the threshold of one rate, over the quantiles of the open-loop statistic."""
 
     def __init__(self, rate: Rate, values: Floats, start: int) -> None:
@@ -178,7 +192,8 @@ class _Search:
         self.finished = False
 
     @classmethod
-    def start(cls, rate: Rate, values: Floats, opened: ReplayCounts) -> "_Search":
+    def start(cls, rate: Rate, values: Floats, opened: ReplayCounts) -> "Search":
+        """Begin at the quantile of the open loop."""
         # An onset lasts for some samples; five is only a guess to begin with.
         share = 5.0 * opened.expected(rate) / opened.scored if rate.per_hour else rate.value
         wanted = float(np.quantile(opened.statistic, max(0.0, 1.0 - share)))
@@ -186,6 +201,7 @@ class _Search:
 
     @property
     def trial(self) -> float:
+        """The threshold that is to be tried next."""
         return float(self._values[self._at])
 
     def learn(self, achieved: float) -> None:

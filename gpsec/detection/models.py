@@ -67,15 +67,20 @@ def save(models: Models, folder: Path) -> None:
         _write(folder / _file(profile, association), stream.getvalue())
         digests[_file(profile, association)] = hashlib.sha256(stream.getvalue()).hexdigest()
         thresholds.setdefault(profile, {})[association] = {
-            rate: {
-                name: None if found is None else {"threshold": found.threshold, "achieved": found.achieved}
-                for name, found in sorted(by_detector.items())
-            }
+            rate: {name: None if found is None else _stated(found) for name, found in sorted(by_detector.items())}
             for rate, by_detector in model.thresholds.items()
         }
         provenance.setdefault(profile, {})[association] = dict(model.provenance)
     _write(folder / _THRESHOLDS, _as_json({"arrays": digests, "models": thresholds}))
     _write(folder / _PROVENANCE, _as_json({"models": provenance}))
+
+
+def _stated(found: Calibrated) -> dict[str, Any]:
+    """Return a threshold as plain JSON: without an interval where it has none, and marked where it is a model's."""
+    said: dict[str, Any] = {"threshold": found.threshold, "achieved": found.achieved}
+    if found.lo is not None and found.hi is not None:
+        said |= {"lo": found.lo, "hi": found.hi}
+    return said | ({"model": True} if found.model else {})
 
 
 def load_models(folder: Path | None = None) -> Models:
@@ -260,14 +265,16 @@ def _part(said: Mapping[str, Any], key: str, source: Traversable) -> dict[str, A
     return found
 
 
+def _calibrated(said: Mapping[str, Any]) -> Calibrated:
+    low, high = (None if said.get(key) is None else float(said[key]) for key in ("lo", "hi"))
+    return Calibrated(float(said["threshold"]), float(said["achieved"]), low, high, said.get("model") is True)
+
+
 def _check_thresholds(by_rate: Any, source: str) -> Thresholds:
     checked: dict[str, dict[str, Calibrated | None]] = {}
     try:
         for rate, by_detector in by_rate.items():
-            checked[rate] = {
-                name: None if one is None else Calibrated(float(one["threshold"]), float(one["achieved"]))
-                for name, one in by_detector.items()
-            }
+            checked[rate] = {name: None if one is None else _calibrated(one) for name, one in by_detector.items()}
         if any(one is not None and one.threshold != one.threshold for row in checked.values() for one in row.values()):
             raise ValueError("not a number")
     except (AttributeError, KeyError, TypeError, ValueError):

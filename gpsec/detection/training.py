@@ -80,6 +80,8 @@ def merged(former: ProfileModel | None, latter: ProfileModel) -> ProfileModel:
     provenance = dict(latter.provenance)
     if others := sorted(set(kept) - set(settings)):
         provenance |= {"detectors": {**kept, **settings}, "kept": {"detectors": others, "from": _origin(former)}}
+        if rare := {name: of for name, of in former.provenance.get("rare", {}).items() if name in others}:
+            provenance["rare"] = rare
     return ProfileModel({**former.learned, **latter.learned}, rates, provenance)
 
 

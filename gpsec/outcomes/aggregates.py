@@ -63,6 +63,7 @@ def detection_table(
             columns |= alarms
             columns |= _areas(counts.histogram, profile, plan, chosen)
             columns["threshold"] = study.thresholds[profile]
+            columns["threshold_from"] = list(study.origins)
             columns |= matched_columns(study, counts, (profile, plan), chosen.state.peak, alarms["vehicle_hours"])
             parts.append(pd.DataFrame(columns))
     return pd.concat(parts, ignore_index=True)

@@ -33,7 +33,7 @@ COLUMNS = {
         *(*_bounded("detected_not_twin_share"), "n_line_events", *_bounded("seen_before_line_share")),
         *_bounded("alarm_ends_after_mean_s"),
         *(*_bounded("false_alarms_per_vehicle_hour"), "vehicle_hours", "roc_auc", "pr_auc", "threshold"),
-        *("matched_threshold", "matched_recall", "matched_detected_share"),
+        *("threshold_from", "matched_threshold", "matched_recall", "matched_detected_share"),
     ),
     "localization": (*_GROUP, "defence", "n_events", "n_vehicles", *_bounded(*_RMSE), "max_cross_track_m", *_TWIN),
     "safety": (
@@ -67,7 +67,7 @@ COLUMNS = {
         *("lane_changes", "right_within_100_ms_share", "right_within_500_ms_share"),
     ),
 }
-TEXTS = {*_OWNER, "rate", "note", "outcome", "twin_outcome", "what", "by", "phase", "association"} - {"seed"}
+TEXTS = {*_OWNER, "rate", "threshold_from", "note", "outcome", "twin_outcome", "what", "by", "phase", "association"} - {"seed"}
 FLAGS = {"cut_short", "in_alarm_at_start", "detected", "detected_not_twin"}
 COUNTS = {
     *("seed", "n_events", "n_vehicles", "n_line_events", "alarms", "false_alarms"),
@@ -76,6 +76,7 @@ COUNTS = {
 }
 # Texts that are one of a few.
 _KNOWN = {
+    "threshold_from": {"counted", "model", "fixed"},
     "outcome": {"none", *OUTCOMES},
     "twin_outcome": {"none", *OUTCOMES},
     "what": {ATTACK_BEGAN, DETECTED, LEFT_LANE},

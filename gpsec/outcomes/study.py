@@ -19,6 +19,7 @@ class Study:
         detectors: names of the K operating points: a detector, with its false-alarm rate where that is another one
             than the headline's.
         rates: of the K operating points, empty where a threshold is not calibrated.
+        origins: of their thresholds: `counted`, `model` (of extreme values) or `fixed`.
         defences: (operating point, response) of the D defences.
         profiles: names of the sensor profiles.
         thresholds: (profiles, K) of the detectors.
@@ -30,6 +31,7 @@ class Study:
     plans: tuple[str, ...]
     detectors: tuple[str, ...]
     rates: tuple[str, ...]
+    origins: tuple[str, ...]
     defences: tuple[tuple[str, str], ...]
     profiles: tuple[str, ...]
     thresholds: Floats

@@ -98,5 +98,5 @@ def _as_text(table: pd.DataFrame) -> pd.DataFrame:
 def read_table(folder: Path, name: str) -> pd.DataFrame:
     """Return one of `TABLES` from `folder`; names are texts, and only empty cells are missing."""
     texts = ["scenario", "vehicle_id", "vehicle_type", "profile", "attack", "defence", "detector", "response"]
-    texts += ["by", "rate", "note", "phase", "association"]
+    texts += ["by", "rate", "threshold_from", "note", "phase", "association"]
     return pd.read_csv(folder / f"{name}.csv", dtype=dict.fromkeys(texts, str), keep_default_na=False, na_values=[""])

@@ -11,6 +11,7 @@ from gpsec.attacks.schedule import Plan, build_plans
 from gpsec.attacks.vehicle_plans import plans_from_vehicles
 from gpsec.attacks.zones import plans_from_zones, zone_keys
 from gpsec.detection.base import Detection, Detector, LabelledDetector
+from gpsec.detection.calibration import RATES
 from gpsec.detection.models import build_detectors, load_models, thresholds_for
 from gpsec.detection.monitor_state import PRESETS, MonitorRules
 from gpsec.detection.pairing import Sampling
@@ -109,6 +110,10 @@ def make_detection(scenario: Scenario, ground: Ground) -> Detection:
     return Detection(
         names=tuple(point_name(*point) for point in points),
         rates=tuple(rate if DETECTORS[name].threshold is None else "" for name, rate in points),
+        origins=tuple(
+            "fixed" if DETECTORS[name].threshold is not None else "model" if RATES[rate].model else "counted"
+            for name, rate in points
+        ),
         detectors=detectors,
         thresholds=thresholds_for(points, profiles, association, models),
         scale_m=np.array([residual_sigma_m(PROFILES[name]) for name in profiles]),

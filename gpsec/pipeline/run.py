@@ -152,6 +152,7 @@ class _Run:
             tuple(names),
             detection.names,
             detection.rates,
+            detection.origins,
             tuple(defences),
             ground.choice.profiles,
             detection.thresholds,

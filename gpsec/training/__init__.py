@@ -1,6 +1,7 @@
 """Trains and calibrates the detectors on benign traffic of the training networks."""
 
 from gpsec.training.pool import TrainingProgress
+from gpsec.training.rare import calibrate
 from gpsec.training.train_models import NETWORKS, train
 
-__all__ = ["NETWORKS", "TrainingProgress", "train"]
+__all__ = ["NETWORKS", "TrainingProgress", "calibrate", "train"]

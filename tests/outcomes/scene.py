@@ -51,6 +51,7 @@ class Scene:
             names["plan_names"],
             names["detector_names"],
             tuple("" if name in ("never", "told") else "0.1/h" for name in names["detector_names"]),
+            tuple("fixed" if name in ("never", "told") else "counted" for name in names["detector_names"]),
             names["defences"],
             names["profile_names"],
             thresholds,

@@ -251,7 +251,11 @@ def test_a_run_without_vehicles_writes_headers_and_empty_cells(tmp_path):
     assert counts == dict.fromkeys(TABLES, 0) | filled
     detection = read_table(tmp_path, "detection")
     known = detection.drop(columns=["scenario", "profile", "attack", "detector", "n_events"])
-    assert known.drop(columns=["vehicle_hours", "threshold", "rate", "n_line_events"]).isna().all(axis=None)
+    assert (
+        known.drop(columns=["vehicle_hours", "threshold", "threshold_from", "rate", "n_line_events"])
+        .isna()
+        .all(axis=None)
+    )
     assert (read_table(tmp_path, "safety")["line_touched_share"].isna()).all()
 
 

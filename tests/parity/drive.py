@@ -145,6 +145,7 @@ def detection_for(world: World, profiles: Sequence[str]) -> Detection:
     return Detection(
         names=tuple(detector.name for detector in detectors),
         rates=tuple("" if detector.name in ("never", "told") else "0.1/h" for detector in detectors),
+        origins=tuple("counted" for _ in detectors),
         detectors=detectors,
         thresholds=np.tile([4.0, 6.0, 0.62, 4.0, 4.0, 6.0, 20.0, 24.0, 30.0, 0.5, 0.5], (len(profiles), 1)),
         scale_m=np.array([residual_sigma_m(PROFILES[name]) for name in profiles]),

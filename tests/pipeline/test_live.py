@@ -37,6 +37,7 @@ STUDY = Study(
     ("none", "drift", "noise"),
     ("never", "cusum", "lstm_glr"),
     ("", "0.1/h", "0.1/h"),
+    ("fixed", "counted", "counted"),
     (("never", "none"), ("cusum", "ukf"), ("lstm_glr", "ukf"), ("lstm_glr", "none")),
     ("carla",),
     np.zeros((1, 3)),
