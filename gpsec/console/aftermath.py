@@ -8,6 +8,7 @@ from gpsec.console.errors import INTERRUPTED, complain
 from gpsec.console.terminal import Terminal, tables
 from gpsec.core.errors import GpsecError, MachineError
 from gpsec.core.system import in_a_sentence
+from gpsec.outcomes.naming import base_name
 from gpsec.running.batch import Batch
 from gpsec.running.folders import resolved
 from gpsec.running.workers import Failure, Outcome
@@ -33,10 +34,13 @@ class Output:
     parquet: bool = False
 
     def groups(self, scenarios: Sequence[Scenario]) -> dict[Path, list[Scenario]]:
-        """Return the scenarios of each folder."""
+        """Return the scenarios of each folder: those that differ in their seed have one."""
         if self.out is not None:
             return {resolved(self.out): list(scenarios)}
-        return {resolved(Path("results") / scenario.name): [scenario] for scenario in scenarios}
+        found: dict[Path, list[Scenario]] = {}
+        for scenario in scenarios:
+            found.setdefault(resolved(Path("results") / base_name(scenario.name)), []).append(scenario)
+        return found
 
 
 def tell(batch: Batch, outcome: Outcome, refused: Sequence[GpsecError], output: Output, messages: Terminal) -> int:

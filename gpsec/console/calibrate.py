@@ -25,7 +25,6 @@ def calibrate(
     traffic: Annotated[Path, typer.Option(metavar="DIR", help="Recorded traffic, kept for the next time.")] = Path(
         "build/traffic"
     ),
-    seed: Annotated[int, typer.Option(metavar="N", help="As it was given to gpsec train.")] = 1,
     part: options.Part = None,
 ) -> None:
     """Calibrate rare false alarms (0.1/h, 0.01/h, 1e-3/h) of trained models on many hours of benign driving.
@@ -54,7 +53,6 @@ def calibrate(
             profiles=profiles or (),
             parts=loaded,
             traffic=traffic,
-            seed=seed,
             jobs=jobs,
             report=report,
         )

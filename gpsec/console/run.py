@@ -28,6 +28,10 @@ def run(
         typer.Option("--out", metavar="DIR", help="One folder for all scenarios. [default: results/<scenario>]"),
     ] = None,
     seed: Annotated[int | None, typer.Option(metavar="N", help="Of SUMO and of all noise (seed).")] = None,
+    seeds: Annotated[
+        str | None,
+        typer.Option(metavar="A-B", help="A run for each of these seeds, such as 1-10, and tables over all of them."),
+    ] = None,
     duration: Annotated[
         float | None, typer.Option(metavar="S", help="Simulated seconds (duration_s). [default: the .sumocfg's]")
     ] = None,
@@ -75,6 +79,7 @@ def run(
       gpsec run scenarios/town
       gpsec run scenarios/town --duration 120 --seed 7 --profile consumer
       gpsec run scenarios/town --set plans.drift.rate_mps=0.2 --set fleet.equipped_share=0.3
+      gpsec run scenarios/town --seeds 1-10 --jobs 2
       gpsec run scenarios/* --out results/all --overwrite
       gpsec run scenarios/* --out results/all --resume
       gpsec run scenarios/town --gui --gui-plan spoofed_quarter --gui-defence lstm_glr+ukf
@@ -83,6 +88,7 @@ def run(
     """  # noqa: D301
     from gpsec.console.aftermath import Output
     from gpsec.core.threads import cores
+    from gpsec.running.seeds import parse_seeds, with_seeds
     from gpsec.scenario.outside import Outside
     from gpsec.scenario.overrides import Override
 
@@ -99,6 +105,10 @@ def run(
     changes += [Override(key, value, flag) for key, (value, flag) in flags.items() if value is not None]
     output = Output(out, overwrite, resume, report, format_ == "parquet")
     found = _read(scenarios, changes, Outside(tuple(part or ()), allow_code))
+    if seeds is not None:
+        if seed is not None or gui:
+            raise GpsecError(f"--seeds {seeds}: expected it without {'--gui' if gui else '--seed'}")
+        found = [one for scenario in found for one in with_seeds(scenario, parse_seeds(seeds))]
     return _run(found, output, jobs or cores(), shown)
 
 

@@ -138,7 +138,7 @@ def replay(
     return ReplayCounts(len(scores), alarmed, onsets, hours, scores, peak, settled_peak)
 
 
-def calibrate(
+def thresholds_by_rate(
     detector: Detector,
     logs: Sequence[ResidualLog],
     settle_s: float = 10.0,

@@ -60,7 +60,7 @@ class Harvest:
         return found
 
     def _counted(self, rate: Rate, values: Floats, threads: Threads | None) -> Calibrated | None:
-        """Search for a threshold as `calibration.calibrate` does, among the vehicles that were kept."""
+        """Search for a threshold as `thresholds_by_rate` does, among the vehicles that were kept."""
         wanted = rate.value * self.hours
         if wanted < MIN_EVENTS or not len(values):
             return None

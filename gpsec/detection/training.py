@@ -7,7 +7,7 @@ from typing import Any
 
 from gpsec.core.threads import Threads
 from gpsec.detection.base import Detector
-from gpsec.detection.calibration import RATES, Calibrated, calibrate
+from gpsec.detection.calibration import RATES, Calibrated, thresholds_by_rate
 from gpsec.detection.learned import Learned, OnStage, silent
 from gpsec.detection.logs import ResidualLog
 from gpsec.detection.models import ProfileModel
@@ -48,7 +48,7 @@ def train_one(
         if not isinstance(detector, Detector) or entry.threshold is not None:
             continue
         settings[name] = _settings(detector)
-        for rate, found in calibrate(detector, calibration, settle_s, progress, threads).items():
+        for rate, found in thresholds_by_rate(detector, calibration, settle_s, progress, threads).items():
             thresholds[rate][name] = found
     provenance = {
         "seed": seed,

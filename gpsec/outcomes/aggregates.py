@@ -28,8 +28,8 @@ _NAMED = ("profile", "attack", "defence", "n_vehicles")
 _FEWEST_VEHICLES = 2
 
 
-class Counts(NamedTuple):
-    """Counts of statistics.
+class StatisticCounts(NamedTuple):
+    """StatisticCounts of statistics.
 
     Attributes:
         histogram: (P, profiles, K, 2, BINS) of samples not attacked and attacked.
@@ -41,7 +41,7 @@ class Counts(NamedTuple):
 
 
 def detection_table(
-    study: Study, tracks: ClosedTracks, counts: Counts, scenario: str, bootstrap: Bootstrap
+    study: Study, tracks: ClosedTracks, counts: StatisticCounts, scenario: str, bootstrap: Bootstrap
 ) -> pd.DataFrame:
     """Return one row for every profile, attack and detector."""
     parts = []
@@ -206,7 +206,9 @@ def _worth(study: Study, chosen: ClosedTracks, bootstrap: Bootstrap, label: str,
     return columns | _interval("alarm_ends_after_mean_s", each, mean, resampled, bootstrap)
 
 
-def matched_columns(study: Study, counts: Counts, at: tuple[int, int], peak: Floats, vehicle_hours: Floats) -> Columns:
+def matched_columns(
+    study: Study, counts: StatisticCounts, at: tuple[int, int], peak: Floats, vehicle_hours: Floats
+) -> Columns:
     """Return what K detectors do at thresholds that are re-set on the benign vehicles of this run.
 
     Args:

@@ -46,6 +46,24 @@ class Bootstrap:
             add_drawn(draws, values, part)
         return sums
 
+    def weights(self, label: str, runs: Ints) -> Floats:
+        """Return (B, V) how often each vehicle is drawn, where (V,) `runs` numbers the run that each is of.
+
+        Whole runs are drawn, as many as there are, and within each drawn run as many vehicles as it has (Davison and
+        Hinkley, Bootstrap Methods and their Application, 1997, section 3.8). With one run, only vehicles are drawn.
+        """
+        generator = np.random.default_rng(vehicle_key(self.seed, label))
+        numbers = np.unique(runs)
+        drawn = np.zeros((self.replicates, len(runs)))
+        if not len(numbers):
+            return drawn
+        times = generator.multinomial(len(numbers), np.full(len(numbers), 1.0 / len(numbers)), self.replicates)
+        for place, number in enumerate(numbers):
+            mine = np.flatnonzero(runs == number)
+            share = np.full(len(mine), 1.0 / len(mine))
+            drawn[:, mine] = generator.multinomial(times[:, place] * len(mine), share)
+        return drawn
+
 
 @kernel
 def add_drawn(draws: Ints, values: Floats, sums: Floats) -> None:

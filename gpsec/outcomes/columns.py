@@ -12,7 +12,7 @@ from gpsec.core.errors import GpsecError, shown
 from gpsec.outcomes.lanes import JUDGED_PLACES, PHASES
 from gpsec.outcomes.places import ATTACK_BEGAN, DETECTED, LEFT_LANE
 from gpsec.outcomes.state import OUTCOMES
-from gpsec.outcomes.tables import read_table
+from gpsec.outcomes.tables import POOLED_PREFIX, read_table
 
 _GROUP = ("scenario", "profile", "attack")
 _OWNER = ("scenario", "seed", "vehicle_id", "vehicle_type", *_GROUP[1:], "defence", "detector", "response")
@@ -67,7 +67,9 @@ COLUMNS = {
         *("lane_changes", "right_within_100_ms_share", "right_within_500_ms_share"),
     ),
 }
-TEXTS = {*_OWNER, "rate", "threshold_from", "note", "outcome", "twin_outcome", "what", "by", "phase", "association"} - {"seed"}
+TEXTS = {*_OWNER, "rate", "threshold_from", "note", "outcome", "twin_outcome", "what", "by", "phase", "association"} - {
+    "seed"
+}
 FLAGS = {"cut_short", "in_alarm_at_start", "detected", "detected_not_twin"}
 COUNTS = {
     *("seed", "n_events", "n_vehicles", "n_line_events", "alarms", "false_alarms"),
@@ -109,7 +111,7 @@ def read_checked(folder: Path, name: str) -> pd.DataFrame:
     except (ValueError, csv.Error, OverflowError) as error:
         said = shown(str(error).partition("\n")[0])
         raise GpsecError(f"{path}: expected a table of a finished run, found other data ({said})") from None
-    for column in COLUMNS[name]:
+    for column in COLUMNS[name.removeprefix(POOLED_PREFIX)]:
         if column not in frame:
             raise GpsecError(f"{path}: expected a table of a finished run, found no column '{column}'")
         frame[column] = _checked(path, column, frame[column])

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from gpsec.outcomes.tables import MAP, STEP_LOG, TABLES
+from gpsec.outcomes.tables import MAP, POOLED_PREFIX, STEP_LOG, TABLES
 
 WHOLE, CHANGED, MISSING, ADDED = "whole", "changed", "missing", "added"
 # Key of a manifest.
@@ -34,6 +34,7 @@ def are_whole(folder: Path, manifest: Mapping[str, Any]) -> bool:
 
 def _found(folder: Path, tables: Sequence[str]) -> list[Path]:
     paths = [folder / f"{name}.csv" for name in tables]
+    paths += sorted(folder.glob(f"{POOLED_PREFIX}*.csv"))
     for kind in (Path(STEP_LOG), Path(MAP)):
         paths += [folder / kind, *sorted(folder.glob(f"{kind.stem}-*{kind.suffix}"))]
     return [path for path in paths if path.is_file()]

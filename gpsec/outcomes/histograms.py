@@ -118,7 +118,7 @@ def negatives(benign: Longs, scored: int) -> Floats:
 
 
 @dataclass(frozen=True)
-class Matched:
+class MatchedThreshold:
     """What a detector would do at a threshold that is re-set on the benign twins of the scored run.
 
     Attributes:
@@ -130,7 +130,7 @@ class Matched:
     recall: float
 
 
-def matched(benign: Longs, attacked: Longs, allowed: float, events: Longs | None = None) -> Matched | None:
+def matched(benign: Longs, attacked: Longs, allowed: float, events: Longs | None = None) -> MatchedThreshold | None:
     """Return what is left at a threshold with `allowed` false alarms, of (BINS,) counts; None where none can be told.
 
     Args:
@@ -145,7 +145,7 @@ def matched(benign: Longs, attacked: Longs, allowed: float, events: Longs | None
         return None
     place = int(np.flatnonzero(np.append(above > allowed, False)).max(initial=-1)) + 1
     lowest = np.append(lower_edges(), np.inf)
-    return Matched(float(lowest[place]), float(attacked[place:].sum() / total))
+    return MatchedThreshold(float(lowest[place]), float(attacked[place:].sum() / total))
 
 
 def lower_edges() -> Floats:

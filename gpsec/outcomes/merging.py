@@ -4,10 +4,17 @@ import json
 import shutil
 from pathlib import Path
 
+import pandas as pd
+
 from gpsec.core.errors import GpsecError, shown
+from gpsec.outcomes.bootstrap import Bootstrap
 from gpsec.outcomes.digests import DIGESTS, table_digests
-from gpsec.outcomes.tables import MAP, STEP_LOG, TABLES, whole
+from gpsec.outcomes.naming import base_name
+from gpsec.outcomes.seeds import POOLED, pooled_tables
+from gpsec.outcomes.tables import MAP, POOLED_PREFIX, STEP_LOG, TABLES, read_table, whole, write_frame
 from gpsec.types.constants import MANIFEST
+
+_BOOTSTRAP = Bootstrap(seed=2026)
 
 
 def merge(folders: list[Path], out: Path) -> None:
@@ -31,12 +38,24 @@ def merge(folders: list[Path], out: Path) -> None:
                 target = file.name if len(folders) == 1 else f"{file.stem}-{folder.name}{file.suffix}"
                 with whole(out / target) as partial:
                     shutil.copyfile(folder / file, partial)
+    _write_pooled(out)
     manifests = [json.loads(_text(folder / MANIFEST)) for folder in folders]
     for manifest in manifests:
         manifest.pop(DIGESTS, None)
     with whole(out / MANIFEST) as partial:
         content = {"scenarios": manifests, DIGESTS: table_digests(out)}
         partial.write_text(json.dumps(content, indent=2) + "\n", "utf-8")
+
+
+def _write_pooled(out: Path) -> None:
+    """Write the tables over all seeds, where a scenario was run with several."""
+    names = pd.read_csv(out / "safety.csv", usecols=["scenario"], dtype=str)["scenario"].unique()
+    if len({base_name(name) for name in names}) == len(names):
+        return
+    pooled = pooled_tables({name: read_table(out, name) for name in (*POOLED, "events", "vehicles")}, _BOOTSTRAP)
+    for name, table in pooled.items():
+        with whole(out / f"{POOLED_PREFIX}{name}.csv") as partial:
+            write_frame(table, partial)
 
 
 def _join(sources: list[Path], target: Path) -> None:

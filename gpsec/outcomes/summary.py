@@ -15,9 +15,10 @@ from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
+from gpsec.outcomes.naming import base_name
 from gpsec.outcomes.paper import PublishedScores, detection_like, localization_like
 from gpsec.outcomes.state import OUTCOMES
-from gpsec.outcomes.tables import read_table
+from gpsec.outcomes.tables import POOLED_PREFIX, read_table
 from gpsec.types.constants import MANIFEST, UNDEFENDED
 from gpsec.types.points import detector_at
 
@@ -51,20 +52,30 @@ def print_summary(out: Path, console: Console) -> None:
     """
     manifest = json.loads((out / MANIFEST).read_text("utf-8"))
     runs: list[Manifest] = manifest.get("scenarios", [manifest])
-    for (scenario, profile), rows in _groups(read_table(out, "detection"), ["scenario", "profile"]):
+    for (scenario, profile), rows in _groups(_read(out, "detection"), ["scenario", "profile"]):
         if (rows["n_events"] > 0).any():
             console.print(_detection(scenario, profile, rows, _attacks(runs, scenario), console))
         console.print(_false_alarms(scenario, profile, rows, console), markup=False, highlight=False)
         if (rows["n_line_events"] > 0).any():
             console.print(_before_the_line(scenario, profile, rows, console), markup=False, highlight=False)
-    for (scenario, profile), rows in _groups(read_table(out, "localization"), ["scenario", "profile"]):
+    for (scenario, profile), rows in _groups(_read(out, "localization"), ["scenario", "profile"]):
         if (rows["n_vehicles"] > 0).any():
             console.print(_localization(scenario, profile, rows, console))
-    for (scenario, profile), rows in _groups(read_table(out, "safety"), ["scenario", "profile"]):
+    for (scenario, profile), rows in _groups(_read(out, "safety"), ["scenario", "profile"]):
         if (rows["n_vehicles"] > 0).any():
             console.print(_safety(scenario, profile, rows, console))
             console.print(_without_gnss(scenario, profile, rows, console), markup=False, highlight=False)
     console.print(_costs(runs, console))
+
+
+def _read(out: Path, name: str) -> pd.DataFrame:
+    """Return a table of the run; of a scenario with several seeds, the rows over all of them."""
+    table = read_table(out, name)
+    if not (out / f"{POOLED_PREFIX}{name}.csv").is_file():
+        return table
+    pooled = read_table(out, f"{POOLED_PREFIX}{name}")
+    alone = table[~table["scenario"].map(base_name).isin(pooled["scenario"])]
+    return pd.concat([pooled, alone], ignore_index=True)
 
 
 def _groups(table: pd.DataFrame, by: list[str]) -> Iterable[tuple[tuple[Any, ...], pd.DataFrame]]:
@@ -75,7 +86,7 @@ def _groups(table: pd.DataFrame, by: list[str]) -> Iterable[tuple[tuple[Any, ...
 def _attacks(runs: Sequence[Manifest], scenario: str) -> dict[str, str] | None:
     """Return the attack of each plan by the plan's name; None where the manifest is a former one and does not tell."""
     for run in runs:
-        if _name(run) == scenario and "plans" in run:
+        if scenario in (_name(run), base_name(_name(run))) and "plans" in run:
             return {plan["name"]: plan["attack"] for plan in run["plans"]}
     return None
 

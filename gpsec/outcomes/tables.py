@@ -11,7 +11,7 @@ import pandas as pd
 
 from gpsec.core.arrays import Ints, Longs
 from gpsec.core.geo import Projector
-from gpsec.outcomes.aggregates import Counts, detection_table, localization_table, safety_table
+from gpsec.outcomes.aggregates import StatisticCounts, detection_table, localization_table, safety_table
 from gpsec.outcomes.bands import bands_table
 from gpsec.outcomes.bootstrap import Bootstrap
 from gpsec.outcomes.curves import curves_table
@@ -24,6 +24,8 @@ from gpsec.outcomes.study import Study
 TABLES = ("detection", "localization", "safety", "events", "vehicles", "curves", "error_bands", "places", "association")
 # Those that grow with the number of vehicles.
 LARGE_TABLES = ("events", "vehicles", "places")
+# Before the name of a table over all seeds of a scenario.
+POOLED_PREFIX = "pooled_"
 STEP_LOG = "steps.parquet"
 MAP = "map.geojson"
 # A day in steps of 0.1 s takes six digits, a position within a net seven to the centimetre.
@@ -73,7 +75,7 @@ def write_tables(folder: Path, scenario: str, found: Findings, bootstrap: Bootst
     """
     study, tracks, histogram, origin_s = found.study, found.tracks, found.histogram, found.origin_s
     tables = {
-        "detection": detection_table(study, tracks, Counts(histogram, found.rises), scenario, bootstrap),
+        "detection": detection_table(study, tracks, StatisticCounts(histogram, found.rises), scenario, bootstrap),
         "localization": localization_table(study, tracks, scenario, bootstrap),
         "safety": safety_table(study, tracks, scenario, bootstrap),
         "events": events_table(study, tracks, scenario, bootstrap.seed, origin_s),
@@ -85,7 +87,12 @@ def write_tables(folder: Path, scenario: str, found: Findings, bootstrap: Bootst
     }
     for name, table in tables.items():
         with whole(folder / f"{name}.csv") as partial:
-            _as_text(table).to_csv(partial, index=False, lineterminator="\n", encoding="utf-8")
+            write_frame(table, partial)
+
+
+def write_frame(table: pd.DataFrame, path: Path) -> None:
+    """Write one table."""
+    _as_text(table).to_csv(path, index=False, lineterminator="\n", encoding="utf-8")
 
 
 def _as_text(table: pd.DataFrame) -> pd.DataFrame:

@@ -37,9 +37,13 @@ def write_report(run: Results, steps: Steps | None = None, path: Path | None = N
     target = path or run.folder / REPORT
     known = logged_steps(run, stories) if steps is None else steps
     figures = all_figures(run) | {"map": map_figure(run)} | trace_figures(run, stories, known)
+    over = run.over_seeds()
+    looked_at = [run] if over is None else [over, run]
     groups = list(
         dict.fromkeys(
-            group_name(*pair) for pair in zip(run.detection["scenario"], run.detection["profile"], strict=True)
+            group_name(*pair)
+            for each in looked_at
+            for pair in zip(each.detection["scenario"], each.detection["profile"], strict=True)
         )
     )
     attacks = [name for name in run.safety["attack"].cat.categories if name != "none"]
@@ -49,18 +53,21 @@ def write_report(run: Results, steps: Steps | None = None, path: Path | None = N
         title=", ".join(stated["scenario"] for stated in run.scenarios),
         unfinished=run.unfinished,
         changed=run.changed,
-        verdicts=verdicts(run),
+        verdicts=[verdict for each in looked_at for verdict in verdicts(each)],
         reference=reference_defence(run),
         runs=[_described(stated) for stated in run.scenarios],
         figures=figures,
         groups=groups,
         attacks=attacks,
         tables={
-            "detection": detection_tables(run),
-            "localization": localization_tables(run),
-            "safety": safety_tables(run),
-            "association": association_tables(run),
-        },
+            name: [table for each in looked_at for table in make(each)]
+            for name, make in (
+                ("detection", detection_tables),
+                ("localization", localization_tables),
+                ("safety", safety_tables),
+            )
+        }
+        | {"association": association_tables(run)},
         version=__version__,
     )
     write_page(target, page)

@@ -6,6 +6,7 @@ all of them. What the user can get wrong is a `GpsecError` of one sentence; what
 SUMO or gpsec, is a `MachineError`, which is one too.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from gpsec.running.batch import claimed
 from gpsec.running.checking import Checked, check_scenario
 from gpsec.running.folders import resolved
 from gpsec.running.results import Results, load
+from gpsec.running.seeds import parse_seeds, with_seeds
 from gpsec.running.workers import Outcome
 from gpsec.scenario import Scenario, load_scenario
 from gpsec.scenario.load import changed
@@ -68,6 +70,8 @@ def run(
     resume: bool = False,
     allow_code: bool = False,
     report: Report | None = None,
+    seeds: Sequence[int] | str = (),
+    jobs: int = 1,
     **overrides: Any,
 ) -> Results:
     """Run a scenario into a folder, which has the tables and the manifest that `gpsec run` writes, and return them.
@@ -83,6 +87,8 @@ def run(
         resume: return what the folder holds if it is whole and would come out the same, and else run.
         allow_code: see `read_scenario`.
         report: called in this process with the progress, several times a second.
+        seeds: make a run for each, such as ``range(1, 11)`` or ``"1-10"``; see `Results.over_seeds`.
+        jobs: runs at a time.
         overrides: keys of `gpsec.toml`.
 
     Raises:
@@ -92,9 +98,10 @@ def run(
     """
     check_may_start()
     wanted = read_scenario(scenario, allow_code=allow_code, **overrides)
+    members = with_seeds(wanted, parse_seeds(seeds) if isinstance(seeds, str) else tuple(seeds))
     out = resolved(Path(folder))
-    with claimed({out: [wanted]}, overwrite=overwrite, resume=resume) as batch:
-        outcome = batch.run(1, report or _ignore)
+    with claimed({out: members}, overwrite=overwrite, resume=resume) as batch:
+        outcome = batch.run(jobs, report or _ignore)
         refused = batch.publish(outcome)
         _raise_first(outcome, refused)
         return load(out)

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +14,11 @@ from gpsec.outcomes.crosscheck import check_together
 from gpsec.outcomes.digests import WHOLE, compared
 from gpsec.outcomes.geojson import read_features
 from gpsec.outcomes.manifests import read_manifest, stated_digests
+from gpsec.outcomes.naming import base_name
+from gpsec.outcomes.seeds import POOLED
 from gpsec.outcomes.stated import check_stated
 from gpsec.outcomes.steps import read_steps
-from gpsec.outcomes.tables import LARGE_TABLES, MAP, STEP_LOG, TABLES, whole
+from gpsec.outcomes.tables import LARGE_TABLES, MAP, POOLED_PREFIX, STEP_LOG, TABLES, whole
 from gpsec.running.workshop import settle
 from gpsec.types.constants import MANIFEST
 
@@ -118,6 +120,23 @@ class Results:
         """Where attacks began, were seen, and vehicles left their lane."""
         return self.tables["places"]
 
+    def over_seeds(self) -> "Results | None":
+        """Return the results over all seeds of each scenario that was run with several, None where there is none.
+
+        Its detection, localization and safety have a row where those of each run have one, and intervals from a
+        bootstrap of runs, then vehicles; its other tables are those of the runs.
+
+        Raises:
+            GpsecError: a table is missing, or a cell holds something else than it should.
+        """
+        if not (self.folder / f"{POOLED_PREFIX}{POOLED[0]}.csv").is_file():
+            return None
+        tables = {name: _categorised(read_checked(self.folder, f"{POOLED_PREFIX}{name}")) for name in POOLED}
+        there = set(tables["safety"]["scenario"])
+        firsts = {base_name(stated["scenario"]): stated for stated in reversed(self.scenarios)}
+        stated = tuple({**firsts[name], "scenario": name} for name in firsts if name in there)
+        return replace(self, scenarios=stated, tables={**self.tables, **tables})
+
     def manifest(self, scenario: str) -> dict[str, Any]:
         """Return the manifest of one scenario.
 
@@ -184,6 +203,12 @@ def _as_text(cell: str) -> str:
     return f"'{cell}" if cell.startswith(_FORMULA) and not _NUMBER.fullmatch(cell) else cell
 
 
+def _categorised(table: pd.DataFrame) -> pd.DataFrame:
+    for column in table.columns.intersection(pd.Index(_CATEGORIES)):
+        table[column] = pd.Categorical(table[column], table[column].dropna().unique())
+    return table
+
+
 def load(folder: Path | str) -> Results:
     """Return the results in a folder that `gpsec run` has written, wherever it has been moved.
 
@@ -205,8 +230,7 @@ def load(folder: Path | str) -> Results:
     tables = {name: read_checked(place, name) for name in TABLES}
     check_together(place, [each["scenario"] for each in stated["scenarios"]], tables)
     for table in tables.values():
-        for column in table.columns.intersection(pd.Index(_CATEGORIES)):
-            table[column] = pd.Categorical(table[column], table[column].dropna().unique())
+        _categorised(table)
     run = Results(
         place,
         tuple(stated["scenarios"]),

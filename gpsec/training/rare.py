@@ -25,7 +25,7 @@ from gpsec.scenario.parts import use
 from gpsec.sensors.registry import PROFILES
 from gpsec.traffic.options import resolve_options
 from gpsec.training.collect import record_scenario, recorded_traffic, residual_log
-from gpsec.training.pool import Pool, TrainingProgress, tell_progress
+from gpsec.training.pool import Call, Pool, TrainingProgress, tell_progress
 from gpsec.training.train_models import CALIBRATION_RUNS, NETWORKS
 
 HOURS = 1000.0
@@ -72,7 +72,6 @@ def calibrate(
     profiles: Sequence[str] = (),
     parts: Sequence[str] = (),
     traffic: Path | str = "build/traffic",
-    seed: int = 1,
     jobs: int | None = None,
     report: Callable[[TrainingProgress], None] | None = None,
 ) -> tuple[str, ...]:
@@ -88,7 +87,6 @@ def calibrate(
         profiles: names of sensor profiles; none stands for all that the models have.
         parts: detectors and profiles from outside gpsec, see `gpsec.train`.
         traffic: folder of the recordings, which are kept for the next time.
-        seed: as it was given to `gpsec.train`.
         jobs: number of processes; None takes one for each core.
         report: called in this process with how far each of them is.
 
@@ -109,10 +107,10 @@ def calibrate(
     _check_known("detector", detectors, known, Path(out))
     with tempfile.TemporaryDirectory(prefix="gpsec-calibrate-") as name:
         pool = Pool(jobs or cores(), Path(name), report or _ignore)
-        work = _work(models, (tuple(detectors), tuple(profiles), loaded), hours, Path(traffic), seed)
+        work = _work(models, (tuple(detectors), tuple(profiles), loaded), hours, Path(traffic))
         if not work:
             return ()
-        _record(work[0], pool, seed)
+        _record(work, pool)
 
         def keep(place: int, found: Mapping[str, Mapping[str, Calibrated | None]]) -> None:
             job = work[place]
@@ -151,6 +149,7 @@ def rare_job(job: RareJob) -> dict[str, dict[str, Calibrated | None]]:
     own = {(job.profile, job.association): job.model}
     built = build_detectors(job.detectors, [job.profile], job.association, own)
     kept = [Harvest(detector, SETTLE_S) for detector in built if isinstance(detector, Detector)]
+    watched = any(harvest.detector.reads_monitor for harvest in kept)
     runs = [(network, seed) for seed in job.seeds for network in job.nets]
     time = 0
     while kept and kept[0].hours < job.hours:
@@ -159,7 +158,7 @@ def rare_job(job: RareJob) -> dict[str, dict[str, Calibrated | None]]:
             tell_progress(job.name, f"{kept[0].hours:.0f} of {job.hours:.0f} vehicle-hours", *_part(kept[0], job))
             recording = recorded_traffic(job.folder / f"{network}-{seed}.npz", job.nets[network])
             noise = seed + time * NEW_NOISE
-            log = residual_log(recording, job.nets[network], network, profile, job.association, noise)
+            log = residual_log(recording, job.nets[network], network, profile, job.association, noise, watched)
             grid = Grid.of([log])
             for harvest in kept:
                 harvest.take(grid)
@@ -179,13 +178,10 @@ def _work(
     chosen: tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]],
     hours: float,
     traffic: Path,
-    seed: int,
 ) -> list[RareJob]:
     """Return what is left to do."""
     detectors, profiles, parts = chosen
-    nets = {network: resolve_options(_config(network), seed=seed).net_file for network in NETWORKS}
-    first = (1 + CALIBRATION_RUNS) * seed
-    seeds = tuple(range(first + 1, first + 1 + CALIBRATION_RUNS))
+    nets = {network: resolve_options(_config(network), seed=1).net_file for network in NETWORKS}
     work = []
     for (profile, association), model in sorted(models.items()):
         if profiles and profile not in profiles:
@@ -196,6 +192,8 @@ def _work(
             if (not detectors or name in detectors) and not _done(model, name, hours)
         )
         if names:
+            first = (1 + CALIBRATION_RUNS) * int(model.provenance.get("seed", 1))
+            seeds = tuple(range(first + 1, first + 1 + CALIBRATION_RUNS))
             work.append(RareJob(profile, association, model, names, hours, traffic, nets, seeds, parts))
     return work
 
@@ -205,14 +203,14 @@ def _done(model: ProfileModel, detector: str, hours: float) -> bool:
     return bool(said) and said["hours"] >= hours and said["of"] == digest_of(model, detector)
 
 
-def _record(job: RareJob, pool: Pool, seed: int) -> None:
+def _record(work: Sequence[RareJob], pool: Pool) -> None:
     """Record the traffic that is not there yet."""
-    job.folder.mkdir(parents=True, exist_ok=True)
-    missing = [
-        (network, record_scenario, (_config(network), traffic_seed, target))
-        for network in job.nets
-        for traffic_seed in job.seeds
-        if not (target := job.folder / f"{network}-{traffic_seed}.npz").exists()
+    work[0].folder.mkdir(parents=True, exist_ok=True)
+    missing: list[Call] = [
+        (network, record_scenario, (_config(network), seed, target))
+        for network in work[0].nets
+        for seed in sorted({seed for job in work for seed in job.seeds})
+        if not (target := work[0].folder / f"{network}-{seed}.npz").exists()
     ]
     if missing:
         pool.run("traffic", missing)
