@@ -48,7 +48,7 @@ def _opening(pinned: Pinned) -> Iterator[str]:
     yield f"""# The paper's tables, re-created
 
 Made by `make paper-tables` with gpsec {__version__}: the figures of Chen, Liu, Li and Wang beside ours with 95 %
-intervals (bootstrap over vehicles). `table1.csv` to `table4.csv` hold the same; an empty cell of `paper` is what the
+intervals (bootstrap of runs, then vehicles). `table1.csv` to `table4.csv` hold the same; an empty cell of `paper` is what the
 paper does not give. What precision, recall, F1, delay and the errors mean, junctions included, is in the data
 dictionary, `results/README.md`.
 

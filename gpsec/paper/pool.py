@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from gpsec.core.arrays import Floats
+from gpsec.core.arrays import Floats, Ints
 from gpsec.outcomes import metrics
 from gpsec.outcomes.bootstrap import Bootstrap
 from gpsec.outcomes.metrics import Figures
@@ -22,7 +22,7 @@ ERRORS = ("rmse_x_m", "rmse_y_m", "rmse_xy_m", "rmse_cross_track_m", "rmse_along
 
 @dataclass(frozen=True)
 class Estimate:
-    """A figure with its 95 % interval (percentile bootstrap over vehicles) and the number of events behind it."""
+    """A figure with its 95 % interval (bootstrap of runs, then vehicles) and the number of events behind it."""
 
     value: float | None
     low: float | None
@@ -69,6 +69,7 @@ def detection(events: pd.DataFrame) -> dict[str, Estimate]:
             "delay_mean_s": lambda s: metrics.ratio(s[..., 3], s[..., 4]),
             "detected_share": lambda s: metrics.ratio(s[..., 4], s[..., 5]),
         },
+        _runs(events),
     )
 
 
@@ -85,7 +86,7 @@ def f1_lead(mine: pd.DataFrame, others: Sequence[pd.DataFrame]) -> Estimate:
         best = np.max([score.value for score in scores[1:]], axis=0)
         return Figures(scores[0].value - best, scores[0].known)
 
-    return _estimate(sums, lead)
+    return _estimate(sums, lead, _runs(frames[0]))
 
 
 def localization(events: pd.DataFrame) -> dict[str, Estimate]:
@@ -96,17 +97,18 @@ def localization(events: pd.DataFrame) -> dict[str, Estimate]:
     def error(place: int) -> Callable[[Floats], Figures]:
         return lambda s: metrics.rmse(s[..., place], s[..., len(ERRORS)])
 
-    return _estimates(sums, {name: error(place) for place, name in enumerate(ERRORS)})
+    return _estimates(sums, {name: error(place) for place, name in enumerate(ERRORS)}, _runs(events))
 
 
 def share(events: pd.DataFrame, chosen: pd.Series) -> Estimate:
     """Return the share of the events for which `chosen` holds."""
-    return _estimate(_table([chosen]), lambda s: metrics.ratio(s[..., 0], s[..., 1]))
+    return _estimate(_table([chosen]), lambda s: metrics.ratio(s[..., 0], s[..., 1]), _runs(events))
 
 
 def rate(part: pd.Series, of: pd.Series) -> Estimate:
-    """Return Σ part / Σ of, over vehicles."""
-    return _estimate(_table([part, of]), lambda s: metrics.ratio(s[..., 0], s[..., 1]))
+    """Return Σ part / Σ of, over the vehicles of one run."""
+    one = np.zeros(len(part), np.int32)
+    return _estimate(_table([part, of]), lambda s: metrics.ratio(s[..., 0], s[..., 1]), one)
 
 
 def false_alarms(vehicles: pd.DataFrame, detector: str) -> Estimate:
@@ -114,7 +116,7 @@ def false_alarms(vehicles: pd.DataFrame, detector: str) -> Estimate:
     mine = vehicles[(vehicles["detector"] == detector) & (vehicles["attack"] == "none")]
     mine = mine[mine["response"] == mine["response"].iloc[0]]
     sums = _table([mine["false_alarms"], mine["vehicle_seconds"] / 3600.0])
-    found = _estimate(sums, lambda s: metrics.ratio(s[..., 0], s[..., 1]))
+    found = _estimate(sums, lambda s: metrics.ratio(s[..., 0], s[..., 1]), _runs(mine))
     if found.value != 0.0:
         return found
     bound = metrics.poisson_bound_of_none(sums[:, 1].sum(keepdims=True), BOOTSTRAP.confidence)
@@ -131,11 +133,18 @@ def _table(columns: Sequence[pd.Series]) -> Floats:
     return np.stack([*values, np.ones(len(values[0]))], axis=1)
 
 
-def _estimates(per_vehicle: Floats, figures: Mapping[str, Callable[[Floats], Figures]]) -> dict[str, Estimate]:
-    """Return figures of (V, C) sums of each vehicle, all from the same resampled fleets."""
+def _runs(table: pd.DataFrame) -> Ints:
+    """Return the number of the run of each row."""
+    return pd.factorize(table["run"])[0].astype(np.int32)
+
+
+def _estimates(
+    per_vehicle: Floats, figures: Mapping[str, Callable[[Floats], Figures]], runs: Ints
+) -> dict[str, Estimate]:
+    """Return figures of (V, C) sums of each vehicle, which is of (V,) `runs`, all from the same resampled fleets."""
     n = len(per_vehicle)
     total = per_vehicle.sum(axis=0, keepdims=True)
-    resampled = BOOTSTRAP.sums("paper", per_vehicle)
+    resampled = np.einsum("bv,vc->bc", BOOTSTRAP.weights("paper", runs), per_vehicle)
     found = {}
     for name, of in figures.items():
         value, known = of(total)
@@ -147,5 +156,5 @@ def _estimates(per_vehicle: Floats, figures: Mapping[str, Callable[[Floats], Fig
     return found
 
 
-def _estimate(per_vehicle: Floats, of: Callable[[Floats], Figures]) -> Estimate:
-    return _estimates(per_vehicle, {"": of})[""]
+def _estimate(per_vehicle: Floats, of: Callable[[Floats], Figures], runs: Ints) -> Estimate:
+    return _estimates(per_vehicle, {"": of}, runs)[""]

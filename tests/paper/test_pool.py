@@ -75,6 +75,7 @@ def test_false_alarms_per_vehicle_hour():
             "attack": ["none", "none", "none", "a"],
             "false_alarms": [1, 2, 50, 70],
             "vehicle_seconds": [1800.0, 1800.0, 9.0, 9.0],
+            "run": ["r"] * 4,
         }
     )
     assert pool.false_alarms(vehicles, "lstm_glr").value == pytest.approx(3.0)
@@ -90,3 +91,22 @@ def test_runs_are_told_apart(tmp_path: Path):
     table = pool.read_runs([tmp_path / "one", tmp_path / "two"], "events")
     assert table["run"].tolist() == ["one", "two"]
     assert table["vehicle_id"].tolist() == ["001", "001"]
+
+
+def test_runs_that_differ_widen_the_interval():
+    # Two runs of 40 vehicles: one detector sees all of the one and none of the other.
+    count = 80
+    seen = events(
+        detector=["lstm_glr"] * count,
+        response=["ukf"] * count,
+        true_positives=[10] * 40 + [0] * 40,
+        false_positives=[0] * count,
+        false_negatives=[0] * 40 + [10] * 40,
+        detection_delay_s=[0.1] * count,
+        detected=[True] * 40 + [False] * 40,
+    )
+    together = pool.detection(seen)["recall"]
+    apart = pool.detection(seen.assign(run=["r"] * 40 + ["s"] * 40))["recall"]
+    assert together.value == apart.value == 0.5
+    assert (apart.low, apart.high) == (0.0, 1.0)
+    assert together.high < 0.65
