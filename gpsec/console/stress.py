@@ -27,9 +27,10 @@ def stress(
         list[str] | None,
         typer.Option("--factor", metavar="NAME", help="Only this way to differ; can be repeated. [default: all]"),
     ] = None,
-    seed: Annotated[
-        list[int] | None,
-        typer.Option("--seed", metavar="N", help="Can be repeated: the runs are pooled. [default: the scenario's]"),
+    seed: Annotated[int | None, typer.Option(metavar="N", help="Of SUMO and of all noise (seed).")] = None,
+    seeds: Annotated[
+        str | None,
+        typer.Option(metavar="A-B", help="A run for each of these seeds, such as 1-10; they are pooled."),
     ] = None,
     duration: Annotated[float | None, typer.Option(metavar="S", help="Simulated seconds (duration_s).")] = None,
     profile: options.Profile = None,
@@ -45,13 +46,14 @@ def stress(
     \b
     Examples:
       gpsec stress scenarios/sharp_turns
-      gpsec stress scenarios/sharp_turns --duration 180 --seed 1 --seed 2 --seed 3
+      gpsec stress scenarios/sharp_turns --duration 180 --seeds 1-3
       gpsec stress scenarios/town --factor nothing --factor gnss_2 --set fleet.equipped_share=0.3
     """  # noqa: D301
     from gpsec.core.threads import cores
     from gpsec.paper.runs import RUNS
     from gpsec.paper.stress import FACTORS, run_stress, stressed
     from gpsec.running.folders import resolved
+    from gpsec.running.seeds import parse_seeds
     from gpsec.running.workshop import occupied
     from gpsec.scenario import load_scenario
     from gpsec.scenario.outside import Outside
@@ -61,11 +63,12 @@ def stress(
         if name not in FACTORS:
             raise GpsecError(f"--factor {shown(name)}: unknown factor: {nearest(name, list(FACTORS))}")
     changes = options.changes(set_, profile)
-    if duration is not None:
-        changes.append(Override(("duration_s",), duration, f"--duration {duration}"))
-    changes += [Override(("seed",), number, f"--seed {number}") for number in seed or ()]  # each is looked at
+    if seeds is not None and seed is not None:
+        raise GpsecError(f"--seeds {seeds}: expected it without --seed")
+    flags = {"duration_s": (duration, f"--duration {duration}"), "seed": (seed, f"--seed {seed}")}
+    changes += [Override((key,), value, flag) for key, (value, flag) in flags.items() if value is not None]
     found = load_scenario(scenario, changes, Outside(tuple(part or ()), allow_code))
-    runs = stressed(found, list(dict.fromkeys(factor or FACTORS)), list(dict.fromkeys(seed or [found.seed])))
+    runs = stressed(found, list(dict.fromkeys(factor or FACTORS)), parse_seeds(seeds) if seeds else [found.seed])
     target = resolved(out or Path("results") / f"stress-{found.name}")
     from gpsec.console.bars import Lines, TotalBar
     from gpsec.console.terminal import messages

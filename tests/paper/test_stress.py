@@ -91,14 +91,12 @@ def made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_the_command_writes_table_and_pages(made: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    given = ["stress", str(SCENARIO), "--out", str(made), "--factor", "nothing", "--factor", "gnss_2", "--seed", "5"]
+    given = ["stress", str(SCENARIO), "--out", str(made), "--factor", "nothing", "--factor", "gnss_2", "--seeds", "5-6"]
     assert cli.main(given) == 0
     table = pd.read_csv(made / "stress.csv", keep_default_na=False)
     assert list(table["factor"].unique()) == ["nothing", "gnss_2"]
-    assert sorted(path.name for path in (made / "runs").glob("slow*")) == [
-        "slow_curve-gnss_2-5",
-        "slow_curve-nothing-5",
-    ]
+    runs = sorted(path.name for path in (made / "runs").glob("slow*"))
+    assert runs == [f"slow_curve-{factor}-{seed}" for factor in ("gnss_2", "nothing") for seed in (5, 6)]
     text = (made / "stress.md").read_text("utf-8")
     assert "| GNSS noise × 2 | 0.00 |" in text
     assert "| nothing | 6/6" not in text
@@ -140,6 +138,13 @@ def test_an_unknown_factor_is_refused(tmp_path: Path, capsys: pytest.CaptureFixt
     said = capsys.readouterr().err
     assert "--factor gns_2: unknown factor: did you mean 'gnss_2'?" in said
     assert not (tmp_path / "out").exists()
+
+
+def test_one_seed_or_several_are_asked_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for seeds, says in (("1-2", "--seeds 1-2: expected it without --seed"), ("2-1", "expected ranges that go up")):
+        alone = ["--seed", "1"] if seeds == "1-2" else []
+        assert cli.main(["stress", str(SCENARIO), "--out", str(tmp_path / "out"), "--seeds", seeds, *alone]) == 2
+        assert says in capsys.readouterr().err
 
 
 @pytest.mark.slow
