@@ -48,8 +48,8 @@ def _opening(pinned: Pinned) -> Iterator[str]:
     yield f"""# The paper's tables, re-created
 
 Made by `make paper-tables` with gpsec {__version__}: the figures of Chen, Liu, Li and Wang beside ours with 95 %
-intervals (bootstrap of runs, then vehicles). `table1.csv` to `table4.csv` hold the same; an empty cell of `paper` is what the
-paper does not give. What precision, recall, F1, delay and the errors mean, junctions included, is in the data
+intervals (bootstrap of runs, then vehicles). `table1.csv` to `table4.csv` hold the same; an empty cell of `paper` is
+what the paper does not give. What precision, recall, F1, delay and the errors mean, junctions included, is in the data
 dictionary, `results/README.md`.
 
 - Detectors are trained and calibrated on {_list(TRAINING)}; scored on {_list(EVALUATION)}, seeds {_list(SEEDS)}.

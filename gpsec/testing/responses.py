@@ -1,6 +1,7 @@
 """The contract of a response: `check_response` holds all of it, each function of `RESPONSE_CHECKS` one rule."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from typing import Any
 
 import numpy as np
 
@@ -68,7 +69,7 @@ def _rig(kind: type[Response]) -> Rig:
 
 def same_state(one: LocalizationState, other: LocalizationState, rows: Ints) -> bool:
     """Return whether tracks are in the same state, whatever the rows of their branches."""
-    cells = zip(one.cells, other.cells, one.cells._fields, strict=True)
+    cells: Iterable[tuple[Any, Any, str]] = zip(one.cells, other.cells, one.cells._fields, strict=True)
     filters = zip(*(state.of(0)[0] for state in (one, other)), one.of(0)[0]._fields, strict=True)
     branch = one.of(0)[1][rows], other.of(0)[1][rows]
     return all(a[rows].tobytes() == b[rows].tobytes() for a, b, name in cells if name != "branch") and all(
