@@ -1,6 +1,6 @@
 """The kernel that adds one step to the running sums. Every row is independent of the others."""
 
-from math import cos, sin
+from math import cos, sin, sqrt
 
 from gpsec.core.arrays import Floats, Ints
 from gpsec.core.kernels import inline, kernel
@@ -142,6 +142,9 @@ def _add_errors(
         if hit:
             _add(sums.squared_m2[row, d, ATTACK], x, y, cross, along)
             sums.max_cross_m[row, d, ATTACK] = max(sums.max_cross_m[row, d, ATTACK], abs(cross))
+            largest = sums.largest_m[row, d]
+            largest[0], largest[1] = max(largest[0], abs(x)), max(largest[1], abs(y))
+            largest[2] = max(largest[2], sqrt(x * x + y * y))
             sums.isolated_steps[row, d, ATTACK] += isolated
         if sums.detection_step[row, detector[d]] == step:
             sums.deviation_m[row, d] = abs(cross)

@@ -13,7 +13,7 @@ from gpsec.outcomes.events import ClosedTracks
 from gpsec.outcomes.histograms import areas, matched, negatives
 from gpsec.outcomes.metrics import Figures
 from gpsec.outcomes.records import cells, error_columns
-from gpsec.outcomes.state import ATTACK, FALSE, FN, FP, LIFE, LINE_TOUCHED, OUTCOMES, TN, TP
+from gpsec.outcomes.state import ATTACK, AVERAGE_MAX, FALSE, FN, FP, LIFE, LINE_TOUCHED, OUTCOMES, TN, TP
 from gpsec.outcomes.study import Study
 
 Columns = dict[str, Any]
@@ -255,7 +255,14 @@ def _localization(study: Study, chosen: ClosedTracks, when: int, bootstrap: Boot
         columns |= _interval(name, each[name], total[name], resampled[name], bootstrap)
     largest = chosen.state.max_cross_m[:, :, when].max(axis=0, initial=0.0)
     columns["max_cross_track_m"] = cells(Figures(largest, sums.total[..., 4] > 0.0))
-    return columns
+    return columns | _average_max(chosen, when)
+
+
+def _average_max(chosen: ClosedTracks, when: int) -> Columns:
+    """Return the means over events of the largest errors of each, which only attacks have."""
+    events = chosen.state.steps[:, ATTACK] > 0 if when == ATTACK else np.zeros(len(chosen), np.bool_)
+    total, count = chosen.state.largest_m[events].sum(axis=0), np.full(chosen.state.largest_m.shape[1], events.sum())
+    return {name: cells(metrics.ratio(total[:, part], count)) for part, name in enumerate(AVERAGE_MAX)}
 
 
 class _Sums(NamedTuple):

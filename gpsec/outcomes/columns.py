@@ -11,7 +11,7 @@ from gpsec.core.arrays import Flags
 from gpsec.core.errors import GpsecError, shown
 from gpsec.outcomes.lanes import JUDGED_PLACES, PHASES
 from gpsec.outcomes.places import ATTACK_BEGAN, DETECTED, LEFT_LANE
-from gpsec.outcomes.state import OUTCOMES
+from gpsec.outcomes.state import AVERAGE_MAX, LARGEST, OUTCOMES
 from gpsec.outcomes.tables import POOLED_PREFIX, read_table
 
 _GROUP = ("scenario", "profile", "attack")
@@ -35,7 +35,10 @@ COLUMNS = {
         *(*_bounded("false_alarms_per_vehicle_hour"), "vehicle_hours", "roc_auc", "pr_auc", "threshold"),
         *("threshold_from", "matched_threshold", "matched_recall", "matched_detected_share"),
     ),
-    "localization": (*_GROUP, "defence", "n_events", "n_vehicles", *_bounded(*_RMSE), "max_cross_track_m", *_TWIN),
+    "localization": (
+        *(*_GROUP, "defence", "n_events", "n_vehicles", *_bounded(*_RMSE)),
+        *("max_cross_track_m", *AVERAGE_MAX, *_TWIN),
+    ),
     "safety": (
         *(*_GROUP, "defence", "n_vehicles", *OUTCOMES),
         *_bounded(*(f"{outcome}_share" for outcome in OUTCOMES)),
@@ -47,8 +50,8 @@ COLUMNS = {
         *("start_s", "end_s", "attack_seconds", "cut_short", "in_alarm_at_start", "detected", "detected_not_twin"),
         *("detection_delay_s", "alarm_ends_after_s"),
         *("deviation_at_detection_m", "true_positives", "false_positives", "false_negatives", "true_negatives"),
-        *("isolated_share", "time_to_retrust_s", *_RMSE, "max_cross_track_m", "outcome", "time_to_outcome_s"),
-        *("time_to_line_s", "twin_outcome", "twin_rmse_xy_m"),
+        *("isolated_share", "time_to_retrust_s", *_RMSE, "max_cross_track_m", *LARGEST),
+        *("outcome", "time_to_outcome_s", "time_to_line_s", "twin_outcome", "twin_rmse_xy_m"),
     ),
     "vehicles": (
         *_OWNER,

@@ -17,6 +17,7 @@ from gpsec.outcomes.state import (
     FALSE,
     FN,
     FP,
+    LARGEST,
     LIFE,
     LINE_TOUCHED,
     OUTCOMES,
@@ -91,6 +92,7 @@ def events_table(study: Study, tracks: ClosedTracks, scenario: str, seed: int, o
     table |= {name: cells(figures) for name, figures in errors.items()}
     table |= {
         "max_cross_track_m": only(state.max_cross_m[:, :, ATTACK], (attacked > 0)[:, None]),
+        **{name: only(state.largest_m[:, :, part], (attacked > 0)[:, None]) for part, name in enumerate(LARGEST)},
         "outcome": _outcome_names(outcome),
         "time_to_outcome_s": only((outcome_step - start) * step_s, outcome >= 0),
         "time_to_line_s": only((line - start) * step_s, line >= 0),

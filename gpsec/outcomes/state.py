@@ -18,6 +18,9 @@ X, Y, CROSS, ALONG = 0, 1, 2, 3
 # What the error would have meant, in the order of severity; the last axis of `first_step`.
 LINE_TOUCHED, OUT_OF_LANE, WRONG_WAY, OFF_ROAD = 0, 1, 2, 3
 OUTCOMES = ("line_touched", "out_of_lane", "wrong_way", "off_road")
+# Columns of the largest errors of an event, and of their means over events: the paper's "average maximum".
+LARGEST = ("max_x_m", "max_y_m", "max_xy_m")
+AVERAGE_MAX = tuple(f"average_{name}" for name in LARGEST)
 
 
 class OutcomeState(NamedTuple):
@@ -44,6 +47,7 @@ class OutcomeState(NamedTuple):
         tail_end_step: (M, K) first step after the attack without alarm, where there was one in its last step, else -1.
         squared_m2: (M, D, 2, 4) sums of squared errors x, y, cross-track, along-track; over life and attack.
         max_cross_m: (M, D, 2) largest absolute cross-track error; over life and attack.
+        largest_m: (M, D, 3) largest error under attack: absolute in x, in y, and of the distance.
         first_step: (M, D, 4) first step of each outcome since the attack began (plan 0: since settling), or -1.
         deviation_m: (M, D) absolute cross-track error in the step of detection by the defence's detector.
         isolated_steps: (M, D, 2) number of steps in which GNSS was not used, of the settled life and under attack.
@@ -76,6 +80,7 @@ class OutcomeState(NamedTuple):
     tail_end_step: Ints = blank(-1, "detectors")
     squared_m2: Floats = blank(0.0, "defences", 2, 4)
     max_cross_m: Floats = blank(0.0, "defences", 2)
+    largest_m: Floats = blank(0.0, "defences", 3)
     first_step: Ints = blank(-1, "defences", 4)
     deviation_m: Floats = blank(0.0, "defences")
     isolated_steps: Ints = blank(0, "defences", 2)

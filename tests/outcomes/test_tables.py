@@ -150,8 +150,11 @@ def test_localization(tables):
     found = row[["rmse_x_m", "rmse_y_m", "rmse_xy_m", "rmse_cross_track_m", "rmse_along_track_m"]]
     assert list(found) == pytest.approx([sqrt(6.4), sqrt(3.6), sqrt(10), sqrt(3.6), sqrt(6.4)])
     assert row["max_cross_track_m"] == 3.0
+    # a is 5 m off in each of its steps, 4 m to the east and 3 m to the north; b nowhere.
+    assert list(row[["average_max_x_m", "average_max_y_m", "average_max_xy_m"]]) == [2.0, 1.5, 2.5]
     benign = one(tables["localization"], profile="dsd", attack="none", defence="never+none")
     assert (benign["n_events"], benign["n_vehicles"], benign["rmse_xy_m"]) == (0, 2, 0.0)
+    assert benign[["average_max_x_m", "average_max_xy_m"]].isna().all()
     nobody = one(tables["localization"], profile="carla", attack="constant_bias", defence="never+none")
     assert nobody[["rmse_xy_m", "rmse_xy_m_lo", "max_cross_track_m"]].isna().all()
 
@@ -193,6 +196,7 @@ def test_events(tables):
     assert (row["outcome"], row["time_to_outcome_s"]) == ("line_touched", pytest.approx(0.1))
     row = one(tables["events"], vehicle_id="a", defence="never+none")
     assert (row["rmse_x_m"], row["rmse_y_m"], row["rmse_xy_m"]) == (4.0, 3.0, 5.0)
+    assert (row["max_x_m"], row["max_y_m"], row["max_xy_m"]) == (4.0, 3.0, 5.0)
     assert (row["outcome"], row["time_to_outcome_s"]) == ("off_road", 0.0)
     assert not row["detected"]
     empty = ["detection_delay_s", "deviation_at_detection_m", "time_to_retrust_s"]
