@@ -7,13 +7,26 @@ from pathlib import Path
 import pandas as pd
 
 from gpsec.core.progress import Progress, Report
-from gpsec.outcomes.paper import TABLES_II_TO_IV
+from gpsec.outcomes.paper import TABLES_II_TO_IV, PublishedRmse
 from gpsec.outcomes.tables import whole
 from gpsec.paper import figures, page, pool, tables
 from gpsec.paper.filter_consistency import TABLE, evaluate, gather
 from gpsec.paper.pinning import pin
 from gpsec.paper.runs import RUNS, Runs, run_missing, write_runs
-from gpsec.paper.studies import CONSTANT_BIAS, CROWDED, EVALUATION, FURTHER_RATES, SET_UPS, STEALTH, TRAINING, Studies
+from gpsec.paper.studies import (
+    CONSTANT_BIAS,
+    CROWDED,
+    EVALUATION,
+    FURTHER_RATES,
+    ODOMETER_FACTORS,
+    ODOMETER_PROFILE,
+    SET_UPS,
+    SIMULATED,
+    STEALTH,
+    TRAINING,
+    Studies,
+)
+from gpsec.sensors.registry import PROFILES
 
 TABLE_ATTACKS = {CONSTANT_BIAS: CONSTANT_BIAS, STEALTH: STEALTH}
 
@@ -36,8 +49,10 @@ def make(out: Path, studies: Studies, jobs: int, report: Report) -> None:
     tables.write_table(table_1, out / "table1.csv")
     made = {1: table_1}
     for number, published in enumerate(TABLES_II_TO_IV, start=2):
-        made[number] = tables.localization_rows(published, pool.read_runs(runs.of("main", published.profile), "events"))
+        made[number] = localization_table(runs, published)
         tables.write_table(made[number], out / f"table{number}.csv")
+    made[0] = list(tables.odometer_rows(odometer_events(runs)))
+    tables.write_table(made[0], out / "odometer.csv")
     report(Progress("tables", stage="drawing figures"))
     drawn = figures.draw_figures(runs, out / "figures")
     page.write_readme(out / "README.md", runs.pinned, made, consistency, drawn)
@@ -62,6 +77,11 @@ def table_one(runs: Runs) -> list[tables.PaperRow]:
         rows += tables.detection_rows(
             tables.at(label, association="nearest"), *_both(runs.of("nearest", profile)), TABLE_ATTACKS
         )
+        rows += tables.detection_rows(
+            tables.at(f"{tables.WRITTEN} / {label}", association="nearest"),
+            *_both(runs.of("written", profile)),
+            TABLE_ATTACKS,
+        )
         for rate in FURTHER_RATES:
             rows += tables.detection_rows(tables.at(label, rate), *_both(runs.of("rate", profile, rate)), TABLE_ATTACKS)
     for association, network in product(("tracked", "nearest"), CROWDED):
@@ -78,6 +98,28 @@ def table_one(runs: Runs) -> list[tables.PaperRow]:
     )
     rows += tables.generalisation_rows(trained, unseen)
     return rows
+
+
+def localization_table(runs: Runs, published: PublishedRmse) -> list[tables.PaperRow]:
+    """Return one of Tables II to IV: with a real car's sensors, as written, and with what its simulator gives."""
+    profile = published.profile
+
+    def events(*group: str) -> pd.DataFrame:
+        return pool.read_runs(runs.of(*group), "events")
+
+    rows = tables.localization_rows(published, events("main", profile))
+    rows += tables.localization_rows(published, events("written", profile), tables.WRITTEN)
+    if profile in SIMULATED:
+        rows += tables.localization_rows(published, events("simulated", profile), tables.SIMULATOR)
+        label = f"{tables.SIMULATOR}, {tables.WRITTEN}"
+        rows += tables.localization_rows(published, events("written", SIMULATED[profile]), label)
+    return rows
+
+
+def odometer_events(runs: Runs) -> dict[float, pd.DataFrame]:
+    """Return the events of the sweep over the odometer's scale error, by that (a standard deviation, as a ratio)."""
+    stated = PROFILES[ODOMETER_PROFILE].odometer.scale_ratio
+    return {f * stated: pool.read_runs(runs.of("odometer", f"{f:g}"), "events") for f in ODOMETER_FACTORS}
 
 
 def _both(folders: Sequence[Path]) -> tuple[pd.DataFrame, pd.DataFrame]:

@@ -6,8 +6,8 @@ from dataclasses import astuple, dataclass
 import pandas as pd
 
 from gpsec.outcomes.paper import TABLES_II_TO_IV, detection_like
-from gpsec.paper.studies import CONSTANT_BIAS, SET_UPS, SLOW_STEALTH, STEALTH
-from gpsec.paper.tables import LEARNED, METRICS, PaperRow, at
+from gpsec.paper.studies import AS_WRITTEN, CONSTANT_BIAS, SET_UPS, SLOW_STEALTH, STEALTH
+from gpsec.paper.tables import LEARNED, METRICS, SIMULATOR, WRITTEN, PaperRow, at
 from gpsec.types.points import PER_SAMPLE
 
 _MOST_F1_DROP = 0.02
@@ -29,6 +29,7 @@ class Goal:
 def goals(tables: Mapping[int, Sequence[PaperRow]], consistency: pd.DataFrame) -> list[Goal]:
     """Return all goals with the figures of the tables."""
     return [
+        *_written(_index(tables[1])),
         *_detection(_index(tables[1])),
         *_localization(tables),
         *_responses(_index(tables[3])),
@@ -45,6 +46,18 @@ def _consistent(table: pd.DataFrame) -> Iterator[Goal]:
 
 def _index(rows: Sequence[PaperRow]) -> dict[tuple[str, str], PaperRow]:
     return {(row.row, row.metric): row for row in rows}
+
+
+def _written(rows: Mapping[tuple[str, str], PaperRow]) -> Iterator[Goal]:
+    """Yield the goals of the nearest lane: the paper as written, and our form of its detector."""
+    for profile, network in SET_UPS.items():
+        set_up = f"{profile} on {network}"
+        for name, label in ((AS_WRITTEN[0], f"{WRITTEN} / {set_up}"), (LEARNED, set_up)):
+            for attack in (CONSTANT_BIAS, STEALTH):
+                published = detection_like(attack, name)
+                for metric, figure in zip(METRICS, astuple(published) if published else (), strict=True):
+                    row = rows[f"{at(label, association='nearest')} / {attack} / {name}", metric]
+                    yield _goal(f"{name}, nearest lane, {profile}, {attack}: {metric}", _BOUNDS[metric], figure, row)
 
 
 def _detection(rows: Mapping[tuple[str, str], PaperRow]) -> Iterator[Goal]:
@@ -74,6 +87,12 @@ def _localization(tables: Mapping[int, Sequence[PaperRow]]) -> Iterator[Goal]:
         for defence in (f"{LEARNED}+ukf", "told+ukf", f"{LEARNED}+ukf5_rollback"):
             row = rows[f"{CONSTANT_BIAS} / {defence}", "rmse_xy_m"]
             yield _goal(f"RMSE xy, {published.profile}, {defence}", "at most", published.mitigated_m[2], row)
+        for label in (SIMULATOR, WRITTEN, f"{SIMULATOR}, {WRITTEN}"):
+            for defence in ("told+ukf", "+".join(AS_WRITTEN)):
+                found = rows.get((f"{label} / {CONSTANT_BIAS} / {defence}", "rmse_xy_m"))
+                if found is not None:
+                    what = f"RMSE xy, {published.profile}, {label}, {defence}"
+                    yield _goal(what, "at most", published.mitigated_m[2], found)
 
 
 def _responses(rows: Mapping[tuple[str, str], PaperRow]) -> Iterator[Goal]:

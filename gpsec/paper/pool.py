@@ -17,6 +17,7 @@ from gpsec.types.points import without_rate
 BOOTSTRAP = Bootstrap(seed=2026, replicates=2000, confidence=0.95)
 
 _SAMPLES = ["true_positives", "false_positives", "false_negatives"]
+LARGEST = ("max_x_m", "max_y_m", "max_xy_m")
 ERRORS = ("rmse_x_m", "rmse_y_m", "rmse_xy_m", "rmse_cross_track_m", "rmse_along_track_m")
 
 
@@ -90,14 +91,24 @@ def f1_lead(mine: pd.DataFrame, others: Sequence[pd.DataFrame]) -> Estimate:
 
 
 def localization(events: pd.DataFrame) -> dict[str, Estimate]:
-    """Return the pooled errors of the events of one defence: √(Σ rmse² · seconds / Σ seconds)."""
+    """Return the errors of the events of one defence: pooled, √(Σ rmse² · seconds / Σ seconds), and average maxima.
+
+    An average maximum is the mean over events of the largest error of each.
+    """
     seconds = events["attack_seconds"]
-    sums = _table([*(events[name].fillna(0.0) ** 2 * seconds for name in ERRORS), seconds])
+    squares = [events[name].fillna(0.0) ** 2 * seconds for name in ERRORS]
+    sums = _table([*squares, seconds, *(events[name].fillna(0.0) for name in LARGEST), seconds > 0.0])
 
     def error(place: int) -> Callable[[Floats], Figures]:
         return lambda s: metrics.rmse(s[..., place], s[..., len(ERRORS)])
 
-    return _estimates(sums, {name: error(place) for place, name in enumerate(ERRORS)}, _runs(events))
+    def largest(place: int) -> Callable[[Floats], Figures]:
+        return lambda s: metrics.ratio(s[..., len(ERRORS) + 1 + place], s[..., len(ERRORS) + 1 + len(LARGEST)])
+
+    pooled = {name: error(place) for place, name in enumerate(ERRORS)}
+    return _estimates(
+        sums, pooled | {f"average_{name}": largest(place) for place, name in enumerate(LARGEST)}, _runs(events)
+    )
 
 
 def share(events: pd.DataFrame, chosen: pd.Series) -> Estimate:

@@ -44,8 +44,17 @@ PlanTable = dict[str, Any]
 # What a set of runs is for: a word, then profile and rate, or association and network.
 Group = tuple[str, ...]
 NONE = ("never", "none")
-# Responses that isolate GNSS, and the paper's own.
+# Our form of the paper's detector with the paper's response.
 PAPER = ("lstm_glr", "ukf")
+# The paper as written: Eq 10, and the EKF and UKF of two states, with the nearest lane and a bias of equal parts.
+AS_WRITTEN = ("lstm", "ukf")
+# The detectors of its Table I.
+TABLE_I_DETECTORS = ("cusum", "isolation_forest", "lstm")
+# Its first two set-ups, as the simulators give them.
+SIMULATED = {"dsd": "dsd_sim", "carla": "carla_sim"}
+# On the scale error of the odometer of `dsd` (0.5 %), and on its white noise.
+ODOMETER_PROFILE = "dsd"
+ODOMETER_FACTORS = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0)
 
 
 @dataclass(frozen=True)
@@ -80,6 +89,15 @@ def stealth(delta: float, name: str = STEALTH) -> PlanTable:
     return _plan("stealth", name, gamma_m=GAMMA_M, delta=float(delta))
 
 
+def as_written(delta: float, bias_m: float) -> list[PlanTable]:
+    """Return plans of a constant bias and of stealth with equal parts to the east and to the north.
+
+    In the paper's Tables II to IV the undefended errors in x and y are alike.
+    """
+    equal: PlanTable = {"frame": "world", "direction_deg": 45.0, "side": "as_given"}
+    return [constant(bias_m) | equal, stealth(delta) | equal]
+
+
 def _plan(attack: str, name: str, **parameters: float) -> PlanTable:
     return {"attack": attack, "name": name, "share": 1.0} | parameters
 
@@ -93,6 +111,8 @@ class _Settings:
     duration_s: float | None = None
     equipped_share: float = 1.0
     log_steps: bool = False
+    detectors: Sequence[str] | None = None
+    odometer_factor: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -133,6 +153,12 @@ class Studies:
             groups["logged", profile] = [self.logged(profile, pinned)]
             for rate in FURTHER_RATES:
                 groups["rate", profile, rate] = self.at_rate(profile, rate, pinned)
+            groups["written", profile] = self.as_written(profile, profile, pinned)
+        for profile, simulated in SIMULATED.items():
+            groups["written", simulated] = self.as_written(profile, simulated, pinned)
+            groups["simulated", profile] = self.simulated(profile, pinned)
+        for factor in ODOMETER_FACTORS:
+            groups["odometer", f"{factor:g}"] = [self.odometer(factor, pinned)]
         groups["consumer",] = [self.consumer()]
         groups["places",] = [self.places(pinned)]
         return groups
@@ -167,6 +193,41 @@ class Studies:
             )
             for seed in self.seeds[:2]
         ]
+
+    def as_written(self, set_up: str, profile: str, pinned: Pinned) -> list[Scenario]:
+        """Return the runs of the paper as written; `profile` is that of a set-up, or what its simulator gives."""
+        plans = as_written(pinned.delta[set_up], pinned.bias_m[set_up])
+        defences = [NONE, *((detector, AS_WRITTEN[1]) for detector in TABLE_I_DETECTORS)]
+        settings = _Settings(association="nearest", detectors=TABLE_I_DETECTORS)
+        return [
+            self._make(f"written-{profile}-{seed}", SET_UPS[set_up], profile, seed, plans, defences, settings)
+            for seed in self.seeds[:2]
+        ]
+
+    def simulated(self, set_up: str, pinned: Pinned) -> list[Scenario]:
+        """Return runs with what a set-up's simulator gives, and the lane that the camera follows."""
+        plans = as_written(pinned.delta[set_up], pinned.bias_m[set_up])
+        defences = [NONE, AS_WRITTEN, PAPER, ("told", "ukf")]
+        settings = _Settings(detectors=(AS_WRITTEN[0], PAPER[0]))
+        return [
+            self._make(
+                f"simulated-{set_up}-{seed}", SET_UPS[set_up], SIMULATED[set_up], seed, plans, defences, settings
+            )
+            for seed in self.seeds[:2]
+        ]
+
+    def odometer(self, factor: float, pinned: Pinned) -> Scenario:
+        """Return a run whose odometers are off by `factor` times what the filters take them to be."""
+        plans = as_written(pinned.delta[ODOMETER_PROFILE], pinned.bias_m[ODOMETER_PROFILE])[:1]
+        return self._make(
+            f"odometer-{factor:g}",
+            SET_UPS[ODOMETER_PROFILE],
+            ODOMETER_PROFILE,
+            SEEDS[0],
+            plans,
+            [NONE, ("told", "ukf")],
+            _Settings(duration_s=240.0, detectors=(), odometer_factor=factor),
+        )
 
     def at_rate(self, profile: str, rate: str, pinned: Pinned) -> list[Scenario]:
         """Return the runs of Table I with thresholds of another false-alarm rate."""
@@ -268,7 +329,11 @@ class Studies:
                     "association": settings.association,
                     "equipped_share": settings.equipped_share,
                 },
-                "detection": {"detectors": detectors(), "rates": [settings.rate]},
+                "world": {"odometer_factor": settings.odometer_factor},
+                "detection": {
+                    "detectors": detectors() if settings.detectors is None else settings.detectors,
+                    "rates": [settings.rate],
+                },
                 "defences": [_defence(detector, response, settings.rate) for detector, response in defences],
                 "plans": plans,
                 # Intervals are made of pooled events, not by the runs.

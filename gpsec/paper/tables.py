@@ -10,11 +10,23 @@ from gpsec.outcomes.paper import PublishedRmse, detection_like
 from gpsec.outcomes.tables import FLOAT_FORMAT, whole
 from gpsec.paper import pool
 from gpsec.paper.pool import Estimate
-from gpsec.paper.studies import CONSTANT_BIAS, LANE_ALIAS, NONE, PAPER, SET_UPS, SLOW_STEALTH, STEALTH, Pinned
+from gpsec.paper.studies import (
+    AS_WRITTEN,
+    CONSTANT_BIAS,
+    LANE_ALIAS,
+    NONE,
+    PAPER,
+    SET_UPS,
+    SLOW_STEALTH,
+    STEALTH,
+    Pinned,
+)
 from gpsec.types.points import PER_SAMPLE
 
 LEARNED = "lstm_glr"
 METRICS = ("precision", "recall", "f1", "delay_mean_s")
+# How rows begin of the paper as written, and of what a set-up's simulator gives.
+WRITTEN, SIMULATOR = "as written", "simulator"
 
 
 @dataclass(frozen=True)
@@ -70,25 +82,29 @@ def detection_rows(
     return rows
 
 
-def localization_rows(table: PublishedRmse, events: pd.DataFrame) -> list[PaperRow]:
-    """Return the rows of Tables II to IV's form: every attack under every defence.
+def localization_rows(table: PublishedRmse, events: pd.DataFrame, label: str = "") -> list[PaperRow]:
+    """Return the rows of Tables II to IV's form: every attack under every defence, beginning with `label`.
 
     The paper has one response; its figures stand beside that, behind its detector and behind the truth, and beside
     the undefended vehicle, under the constant bias that is scaled to the latter.
     """
-    published = {
-        "+".join(NONE): table.undefended_m,
-        "+".join(PAPER): table.mitigated_m,
-        f"told+{PAPER[1]}": table.mitigated_m,
-    }
+    mitigated = {"+".join(defence): table.mitigated_m for defence in (PAPER, AS_WRITTEN, ("told", PAPER[1]))}
+    published = {"+".join(NONE): table.undefended_m} | mitigated
     rows = []
-    for attack in (CONSTANT_BIAS, STEALTH, SLOW_STEALTH):
+    for attack in (name for name in (CONSTANT_BIAS, STEALTH, SLOW_STEALTH) if name in set(events["attack"])):
         for defence in events["defence"].unique():
             mine = pool.of_defence(events, defence, attack)
             theirs = published.get(defence) if attack == CONSTANT_BIAS else None
             names = dict(zip(pool.ERRORS, theirs, strict=False)) if theirs else {}
-            rows += _rows(f"{attack} / {defence}", pool.localization(mine), names)
+            rows += _rows(" / ".join(filter(None, (label, attack, defence))), pool.localization(mine), names)
     return rows
+
+
+def odometer_rows(events_at: Mapping[float, pd.DataFrame]) -> Iterator[PaperRow]:
+    """Yield the errors of the paper's UKF that is told at once, by the scale error of the odometer."""
+    for scale, events in events_at.items():
+        mine = pool.of_defence(events, f"told+{AS_WRITTEN[1]}", CONSTANT_BIAS)
+        yield from _rows(f"odometer scale {scale:.3%}", pool.localization(mine))
 
 
 def generalisation_rows(training: pd.DataFrame, evaluation: pd.DataFrame) -> Iterator[PaperRow]:

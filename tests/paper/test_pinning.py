@@ -26,7 +26,7 @@ def test_delta_and_bias_follow_from_the_training_runs(monkeypatch):
     rows = []
     for profile in SET_UPS:
         common = {"profile": profile, "run": "r", "vehicle_id": "v", "attack_seconds": 10.0}
-        common |= dict.fromkeys(pool.ERRORS, 0.9 * target_m(profile))
+        common |= dict.fromkeys((*pool.ERRORS, *pool.LARGEST), 0.9 * target_m(profile))
         rows += [
             common
             | {

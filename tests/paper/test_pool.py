@@ -61,10 +61,13 @@ def test_lead_over_the_best_of_others():
 
 def test_errors_are_pooled_over_time():
     zero = {name: [0.0, 0.0] for name in pool.ERRORS}
-    table = events(**(zero | {"rmse_xy_m": [3.0, 1.0], "attack_seconds": [10.0, 30.0]}))
+    largest = {name: [0.0, 0.0] for name in pool.LARGEST} | {"max_xy_m": [4.0, 1.0]}
+    table = events(**(zero | largest | {"rmse_xy_m": [3.0, 1.0], "attack_seconds": [10.0, 30.0]}))
     found = pool.localization(table)
     assert found["rmse_xy_m"].value == pytest.approx(sqrt((9.0 * 10.0 + 1.0 * 30.0) / 40.0))
     assert found["rmse_x_m"].value == 0.0
+    # An average maximum counts each event once.
+    assert found["average_max_xy_m"].value == 2.5
 
 
 def test_false_alarms_per_vehicle_hour():

@@ -1,6 +1,18 @@
 from pathlib import Path
 
-from gpsec.paper.studies import EVALUATION, PIN_SEEDS, SEEDS, SET_UPS, TRAINING, Pinned, Studies
+from gpsec.paper.studies import (
+    AS_WRITTEN,
+    EVALUATION,
+    NONE,
+    ODOMETER_FACTORS,
+    PIN_SEEDS,
+    SEEDS,
+    SET_UPS,
+    SIMULATED,
+    TRAINING,
+    Pinned,
+    Studies,
+)
 from gpsec.training import NETWORKS
 
 STUDIES = Studies(Path(__file__).parents[2] / "scenarios")
@@ -34,3 +46,19 @@ def test_all_detectors_see_the_same_attacks_at_the_same_rate():
         assert first.detection.rates == ("1e-3/sample",)
         assert all(other.plans == first.plans for other in others)
         assert all(plan.share == 1.0 for plan in first.plans)
+
+
+def test_the_paper_as_written_has_equal_parts_and_the_nearest_lane():
+    for profile in (*SET_UPS, *SIMULATED.values()):
+        for scenario in STUDIES.groups(PINNED)["written", profile]:
+            assert scenario.fleet.association == "nearest"
+            assert scenario.fleet.profile == {profile: 1.0}
+            assert scenario.detection.detectors == ("cusum", "isolation_forest", "lstm")
+            assert {NONE, AS_WRITTEN} <= {(defence.detector, defence.response) for defence in scenario.defences}
+            bias, _ = (plan.parameters for plan in scenario.plans)
+            assert (bias.frame, bias.direction_deg, bias.side, bias.bias_m) == ("world", 45.0, "as_given", 2.0)
+
+
+def test_the_sweep_of_the_odometer_scales_what_filters_do_not_know():
+    factors = [STUDIES.odometer(factor, PINNED).world.odometer_factor for factor in ODOMETER_FACTORS]
+    assert factors == list(ODOMETER_FACTORS)
