@@ -78,9 +78,8 @@ class Watch:
     def _score_parted(self, seen: Observation, thresholds: Floats, answers: Answers, threads: Threads | None) -> None:
         parted = self._parted.now.parted
         before = parted[seen.rows]
-        shared = seen.rows[~before]
         # What the second point goes on from, should the row part in this step.
-        _carry(self._tables[0], self._tables[1], shared)
+        _carry_shared(self._tables[0], self._tables[1], seen.rows, parted)
         self._score(0, seen, thresholds, answers, threads)
         lowest = thresholds[:, [self._first, *self._others]].min(axis=1)
         parting = ~before & (answers.statistic[seen.rows, self._first] > lowest)
@@ -112,6 +111,22 @@ class Watch:
             for mine, theirs in zip(self._tables[0].arrays(), table.arrays(), strict=True):
                 same &= (mine[rows] == theirs[rows]).reshape(len(rows), -1).all(axis=1)
         self._parted.now.parted[rows[same]] = False
+
+
+def _carry_shared(source: Table[Any], target: Table[Any], rows: Ints, parted: Flags) -> None:
+    """Copy all rows from the first to the last of `rows`, but for those that have (M,) parted.
+
+    A row between them that is not looked at may be copied too: while it is shared, nobody reads the copy. One block is
+    copied several times as fast as rows are picked.
+    """
+    if not len(rows):
+        return
+    block = slice(int(rows.min()), int(rows.max()) + 1)
+    own = block.start + np.flatnonzero(parted[block])
+    for mine, theirs in zip(source.arrays(), target.arrays(), strict=True):
+        kept = theirs[own]
+        theirs[block] = mine[block]
+        theirs[own] = kept
 
 
 def _carry(source: Table[Any], target: Table[Any], rows: Ints) -> None:
