@@ -61,7 +61,9 @@ class Fleet:
         self._vehicles, self._pending = Table(Vehicles, n).now, Table(Pending, n).now
         self._rows = np.arange(n, dtype=np.int32)
         self._tracks.vehicle[:] = self._rows
-        self._tracks.fix_valid[:] = self._tracks.residual_valid[:] = self._seen.camera_valid[:] = True
+        self._tracks.lane_known[:] = self._tracks.fix_valid[:] = self._tracks.residual_valid[
+            :
+        ] = self._seen.camera_valid[:] = True
         self._pending.sigma_m[:] = np.sqrt(f.camera_white_m**2 + f.camera_bias_m**2 + f.camera_mount_m**2)
         self._scale = self._rng.normal(0.0, f.odometer_scale, n)
         self._gyro = self._rng.normal(0.0, f.gyro_bias_rps, n)

@@ -17,9 +17,9 @@ from gpsec.core.kernels import inline
 
 # λ of each scale: one sample, and means over about 2.5, 6.7 and 20 of them.
 FORGETTING = (0.0, 0.6, 0.85, 0.95)
-# Channels: innovation along, innovation across, camera.
-ALONG_CHANNEL, ACROSS_CHANNEL, CAMERA_CHANNEL = 0, 1, 2
-CHANNEL_COUNT = 3
+# Channels: innovation along, innovation across, camera, and whether the map has no lane that the camera sees.
+ALONG_CHANNEL, ACROSS_CHANNEL, CAMERA_CHANNEL, UNMATCHED_CHANNEL = 0, 1, 2, 3
+CHANNEL_COUNT = 4
 # Where A, N and W are in the (3, scales, channels) sums of a track.
 _A, _N, _W = 0, 1, 2
 # A sample contradicts a mean where it is e³ times as likely without.

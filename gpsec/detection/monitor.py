@@ -17,7 +17,15 @@ from gpsec.core.kernels import inline, kernel
 from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
 from gpsec.detection.channels import Channels, first_channels
-from gpsec.detection.evidence import ACROSS_CHANNEL, ALONG_CHANNEL, CAMERA_CHANNEL, is_contradicted, weigh
+from gpsec.detection.evidence import (
+    ACROSS_CHANNEL,
+    ALONG_CHANNEL,
+    CAMERA_CHANNEL,
+    CHANNEL_COUNT,
+    UNMATCHED_CHANNEL,
+    is_contradicted,
+    weigh,
+)
 from gpsec.detection.looking_back import LagState, look_back
 from gpsec.detection.monitor_state import MonitorRules, MonitorState, Watched
 from gpsec.detection.pairing import DetectionClock, Pending
@@ -40,6 +48,8 @@ _BLIND_AFTER_S, _BLIND_LIMIT_S = 0.35, 10.0
 # The monitor takes GNSS back where the camera agrees within this many standard deviations, and fixes within some
 # metres and three of theirs, for this long.
 _REJOIN_SIGMAS, _REJOIN_M, _REJOIN_S = 2.0, 1.0, 1.0
+# A fix that no lane matches is at least so far from where the camera sees the vehicle; it counts for no more than this.
+_UNMATCHED_M, _UNMATCHED_SIGMAS = 1.6, 3.0
 # Variances are learnt over this time, from squares that count as no more than `_CUT`, whose mean then is `_CUT_MEAN`.
 _LEARNING_S, _CUT, _CUT_MEAN = 20.0, 6.0, 0.9384
 # A variance is not believed to be lower than this share of the data sheet's; the scale of the statistic not above 2.
@@ -106,13 +116,13 @@ def watch(
         w, there = state.sample[row], state.there[row]
         told.tested[i] = False
         told.joint[i], told.innovation[i] = 0.0, 0.0
-        for c in range(3):
+        for c in range(CHANNEL_COUNT):
             w[c] = 0.0
             there[c] = False
         x, y = tracks.fix_m[row, 0], tracks.fix_m[row, 1]
         state.due[row] = state.due[row] or watched.ticks
         state.fix_age_s[row] = 0.0 if tracks.fix_valid[row] else state.fix_age_s[row] + step_s
-        state.blind_s[row] = 0.0 if seen.camera_valid[v] else state.blind_s[row] + step_s
+        state.blind_s[row] = 0.0 if seen.camera_valid[v] and tracks.lane_known[row] else state.blind_s[row] + step_s
         blind = _BLIND_AFTER_S < state.blind_s[row] < _BLIND_LIMIT_S
         tested = tracks.fix_valid[row] and state.due[row]
         white = noise.gnss_white_m[p] ** 2 * exp(state.gnss[row])
@@ -141,14 +151,18 @@ def watch(
                 total = variance + camera_white + white
                 share = camera_white / total
                 w[CAMERA_CHANNEL] = (tracks.residual_m[row] - level) / sqrt(total)
-                there[CAMERA_CHANNEL] = True
+                there[CAMERA_CHANNEL] = there[UNMATCHED_CHANNEL] = True
+            elif tested and tracks.unmatched[row]:
+                total = variance + noise.camera_white_m[p] ** 2 * exp(state.camera[row]) + white
+                w[UNMATCHED_CHANNEL] = min(_UNMATCHED_M / sqrt(total), _UNMATCHED_SIGMAS)
+                there[UNMATCHED_CHANNEL] = True
             state.slow[row], state.slow_variance[row] = level, variance
         sums, before = state.sums[row], state.alarm[row]
         scale = exp(state.scale[row])
         statistic = 0.0
         if there[ALONG_CHANNEL] or there[CAMERA_CHANNEL]:
             if before:
-                small = w[0] * w[0] + w[1] * w[1] + w[2] * w[2] < _CALM
+                small = w[0] * w[0] + w[1] * w[1] + w[2] * w[2] + w[3] * w[3] < _CALM
                 state.calm[row] = state.calm[row] + 1 if small else 0
             if state.statistic[row] > _SUSPECT:
                 calm = before and state.calm[row] >= _CALM_SAMPLES

@@ -37,8 +37,8 @@ class MonitorState(NamedTuple):
         mean, covariance: (M, 7), (M, 7, 7) of the filter.
         slow, slow_variance: (M,) slow part of the residual (m) and its variance, -1 before the first residual.
         lane, course_rad: (M,) lane of the last residual, and heading there.
-        sums: (M, 3, 4, 3) evidence.
-        sample, there: (M, 3) the whitened channels of this step, and which there are.
+        sums: (M, 3, 4, 4) evidence.
+        sample, there: (M, 4) the whitened channels of this step, and which there are.
         gnss, camera, scale: (M,) logarithm of the learnt factors of the variances of fix and camera, and of the
             statistic.
         statistic: (M,) of the last test.
@@ -56,9 +56,9 @@ class MonitorState(NamedTuple):
     slow_variance: Floats = blank(-1.0)
     lane: Ints = blank(-1)
     course_rad: Floats = blank(0.0)
-    sums: Floats = blank(0.0, 3, 4, 3)
-    sample: Floats = blank(0.0, 3)
-    there: Flags = blank(False, 3)
+    sums: Floats = blank(0.0, 3, 4, 4)
+    sample: Floats = blank(0.0, 4)
+    there: Flags = blank(False, 4)
     gnss: Floats = blank(0.0)
     camera: Floats = blank(0.0)
     scale: Floats = blank(0.0)

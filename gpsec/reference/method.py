@@ -154,6 +154,7 @@ class ReferenceMethod:
             monitor = self._tracks[row].monitor
             if monitor is not None:
                 residual_m = None if residual is None else residual.z_m
+                sight = replace(sight, unmatched=bool(tracks.unmatched[row]))
                 sight = replace(sight, told=monitor.step(number, sight, residual_m, seen_lane))
             self._answer(row, sight, residual, bool(tracks.attacked[row]), profile)
         watch.lap("reference engine")

@@ -36,15 +36,15 @@ class MonitorSettings:
 
 
 class Evidence:
-    """Whitened samples of three channels since evidence was last dropped."""
+    """Whitened samples of four channels since evidence was last dropped."""
 
     def __init__(self) -> None:
         self.drop()
 
     def drop(self) -> None:
         """Forget all samples."""
-        self._long: list[deque[float]] = [deque(maxlen=_SAMPLES) for _ in range(3)]
-        self._last: list[float | None] = [None] * 3
+        self._long: list[deque[float]] = [deque(maxlen=_SAMPLES) for _ in range(4)]
+        self._last: list[float | None] = [None] * 4
 
     def take(self, samples: list[float | None], alone: bool) -> None:
         """Take the samples of a step; those that stand `alone` are not kept."""
@@ -167,7 +167,7 @@ class TrackMonitor:
         self.slow.age(step_s)
         fix_m = sight.fix_m if self._due else None
         white = noise.gnss_white_m**2 * exp(self._gnss)
-        samples: list[float | None] = [None] * 3
+        samples: list[float | None] = [None] * 4
         innovation, covariance = np.zeros(2), np.zeros((2, 2))
         if fix_m is not None:
             self._due = False
@@ -178,11 +178,14 @@ class TrackMonitor:
             slow = noise.camera_bias_m**2 + noise.camera_mount_m**2
             camera_white = max(sight.camera_sigma_m**2 - slow, noise.camera_white_m**2) * exp(self._camera)
             total = self.slow.come_to(lane, sight.heading_rad) + camera_white + white
-            samples[2] = (residual_m - self.slow.level) / sqrt(total)
+            samples[2:] = (residual_m - self.slow.level) / sqrt(total), 0.0
             share = camera_white / total
-        along, across, camera = (sample or 0.0 for sample in samples)
+        elif sight.unmatched and fix_m is not None:
+            total = self.slow.variance + noise.camera_white_m**2 * exp(self._camera) + white
+            samples[3] = min(1.6 / sqrt(total), 3.0)
+        along, across, camera, _ = (sample or 0.0 for sample in samples)
         told = Whitened(False, along, across, camera, blind, self._fix_age_s)
-        if samples == [None] * 3:
+        if samples == [None] * 4:
             return told
         joint, pair = self._test(samples, blind)
         before, scale = self.alarm, exp(self._scale)
@@ -232,7 +235,7 @@ class TrackMonitor:
             return
         low, high = log(0.7), log(self._is.cap)
         gain = self._is.sample_s / 20.0 / 2.0
-        along, across, camera = samples
+        along, across, camera, _ = samples
         if along is not None and across is not None:
             excess = min(along**2, _CUT) + min(across**2, _CUT) - 2.0 * _CUT_MEAN
             self._gnss = float(np.clip(self._gnss + gain * excess, low, high))

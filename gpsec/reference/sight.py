@@ -37,6 +37,7 @@ class Sight:
         lane_slope: of the lane in the vehicle's frame, as the camera sees it (C1).
         curvature_per_m: of the lane, as the camera sees it (2·C2).
         camera_sigma_m: standard deviation that the camera states.
+        unmatched: no lane of the map matches the fix that is compared with what the camera sees.
         told: what the monitor says, if there is one.
 
     """
@@ -50,4 +51,5 @@ class Sight:
     lane_slope: float
     curvature_per_m: float
     camera_sigma_m: float
+    unmatched: bool = False
     told: Whitened = NOTHING_WHITENED

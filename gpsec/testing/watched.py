@@ -44,7 +44,7 @@ def watched(grid: Grid) -> Grid:
         table.grow(vehicles)
     tracks, pending = Table(Tracks, vehicles).now, Table(Pending, vehicles).now
     seen, truth = Table(Measurements, vehicles).now, Table(Vehicles, vehicles).now
-    tracks.vehicle[:] = np.arange(vehicles)
+    tracks.vehicle[:], tracks.lane_known[:] = np.arange(vehicles), True
     channels, threads = silent_channels((steps, vehicles)), Threads(1)
     for t in range(steps):
         rows = np.arange(grid.active(t), dtype=np.int32)

@@ -26,7 +26,7 @@ class Ride:
         self.tracks, self.truth, self.seen, self.pending = (
             Table(kind).now for kind in (Tracks, Vehicles, Measurements, Pending)
         )
-        self.tracks.vehicle[:] = 0
+        self.tracks.vehicle[:], self.tracks.lane_known[:] = 0, True
         self.seen.speed_mps[:] = speed_mps
         self.pending.sigma_m[:] = 0.08
         self.place_m = np.zeros(2)
@@ -36,11 +36,11 @@ class Ride:
     def now(self):
         return self.monitor.now
 
-    def step(self, off_m=(0.0, 0.0), fix=True, camera=True, residual_m=None, rate_rps=0.0):
+    def step(self, off_m=(0.0, 0.0), fix=True, camera=True, residual_m=None, rate_rps=0.0, matched=True):
         """Take a step with a fix that is off, and return what the monitor says."""
         self.place_m[0] += self.seen.speed_mps[0] * STEP_S
         self.tracks.fix_m[:], self.tracks.fix_valid[:] = self.place_m + off_m, fix
-        self.tracks.residual_valid[:] = fix and camera
+        self.tracks.residual_valid[:], self.tracks.unmatched[:] = fix and camera and matched, not matched
         self.tracks.residual_m[:] = -off_m[1] if residual_m is None else residual_m
         self.seen.camera_valid[:], self.seen.yaw_rate_rps[:] = camera, rate_rps
         told = self.monitor.update(self.number, self.pending, ONE, self.tracks, self.truth, self.seen, Threads(1))
@@ -57,22 +57,22 @@ class Ride:
 
 
 def test_evidence_is_the_sum_of_samples_over_the_root_of_their_number():
-    sums, there = np.zeros((3, 4, 3)), np.array([True, True, False])
+    sums, there = np.zeros((3, 4, 4)), np.array([True, True, False, False])
     for _ in range(3):
-        joint, innovation = weigh(sums, np.array([2.0, 0.0, 9.0]), there, False)
+        joint, innovation = weigh(sums, np.array([2.0, 0.0, 9.0, 0.0]), there, False)
     # λ = 0.95: A = 2(1 + 0.95 + 0.9025), N = 1 + 0.9025 + 0.81450625; the other scales have less.
     assert joint == pytest.approx(5.705**2 / 2.71700625, rel=1e-12)
     assert innovation == joint
     # A mean of 2, and a sample of 0: 2·0 - 2 is more than -3; with a sample of -1 it is -4.
-    assert not is_contradicted(sums, np.array([0.0, 0.0, 0.0]), there)
-    assert is_contradicted(sums, np.array([-1.0, 0.0, 0.0]), there)
+    assert not is_contradicted(sums, np.array([0.0, 0.0, 0.0, 0.0]), there)
+    assert is_contradicted(sums, np.array([-1.0, 0.0, 0.0, 0.0]), there)
 
 
 def test_samples_that_stand_alone_leave_the_longer_scales():
-    sums, there = np.zeros((3, 4, 3)), np.array([True, True, True])
-    weigh(sums, np.array([3.0, 0.0, 0.0]), there, False)
+    sums, there = np.zeros((3, 4, 4)), np.array([True, True, True, False])
+    weigh(sums, np.array([3.0, 0.0, 0.0, 0.0]), there, False)
     before = sums[:, 1:].copy()
-    joint, innovation = weigh(sums, np.array([1.0, 2.0, 2.0]), there, True)
+    joint, innovation = weigh(sums, np.array([1.0, 2.0, 2.0, 0.0]), there, True)
     assert (joint, innovation) == (9.0, 5.0)
     assert (sums[:, 1:] == before).all()
 
@@ -95,6 +95,17 @@ def test_the_camera_alone_raises_the_joint_statistic_and_not_that_of_the_innovat
     assert told.joint[0] > MONITOR_GATE
     assert told.innovation[0] < 1.0
     assert (told.along[0], told.across[0]) == pytest.approx((0.0, 0.0), abs=1e-6)
+
+
+def test_a_lane_that_the_map_has_not_raises_an_alarm_and_ends_it():
+    ride = Ride()
+    ride.steps(100)
+    # Each counts for three deviations: at λ = 0.6, four of them behind many of 0 are (3 · 2.176)² / 1.5625 = 27.3.
+    told = ride.steps(6, matched=False)
+    assert told[3] == pytest.approx(27.3, rel=0.05)
+    assert told[5] > MONITOR_GATE
+    assert ride.step(matched=False).innovation[0] < 1.0
+    assert max(ride.steps(5)) < 9.0
 
 
 def test_a_vehicle_that_stands_keeps_its_yaw_and_learns_the_bias_of_its_gyro():
