@@ -12,16 +12,28 @@ from gpsec.filters.ekf import add_along
 from gpsec.filters.learning import GYRO_ERROR, LEARNING_STATES, SLOW, SLOW_NORTH, predict_learnt
 from gpsec.filters.noise import FilterNoise
 
-# A vehicle stands below this speed, or below so many standard deviations of its odometer's noise.
+# A vehicle stands below this speed, or below so many standard deviations of its odometer's noise …
 _STANDING_MPS, _STANDING_SIGMAS = 0.03, 2.0
+# … unless its gyro says that it turns: a vehicle that creeps round a bend must not teach a bias.
+_TURNING_SIGMAS = 4.0
 # Of the gyro's noise (rad²/s²), where a profile has none.
 _LEAST_VARIANCE = 1e-12
 
 
 @inline
-def _is_standing(noise: FilterNoise[Floats], profile: int, speed_mps: float) -> bool:
-    """Return whether nothing but noise is in an odometer's speed."""
-    return bool(abs(speed_mps) < max(_STANDING_MPS, _STANDING_SIGMAS * noise.odometer_white_mps[profile]))
+def _gyro_variance(noise: FilterNoise[Floats], profile: int) -> float:
+    return max(float(noise.gyro_white_rps[profile] ** 2), _LEAST_VARIANCE)
+
+
+@inline
+def _is_standing(
+    mean: Floats, P: Floats, noise: FilterNoise[Floats], profile: int, speed_mps: float, yaw_rate_rps: float
+) -> bool:
+    """Return whether nothing but noise is in an odometer's speed, and nothing but noise and bias in a yaw rate."""
+    slow = max(_STANDING_MPS, _STANDING_SIGMAS * noise.odometer_white_mps[profile])
+    spread = P[GYRO_ERROR, GYRO_ERROR] + _gyro_variance(noise, profile)
+    turned = yaw_rate_rps - mean[GYRO_ERROR]
+    return bool(abs(speed_mps) < slow and turned * turned < _TURNING_SIGMAS**2 * spread)
 
 
 @inline
@@ -53,7 +65,7 @@ def _stand(
     P[SLOW, SLOW] += fresh
     P[SLOW_NORTH, SLOW_NORTH] += fresh
     P[GYRO_ERROR, GYRO_ERROR] += noise.gyro_bias_rps[profile] ** 2 * (1.0 - keeps * keeps)
-    S = P[GYRO_ERROR, GYRO_ERROR] + max(noise.gyro_white_rps[profile] ** 2, _LEAST_VARIANCE)
+    S = P[GYRO_ERROR, GYRO_ERROR] + _gyro_variance(noise, profile)
     nu = yaw_rate_rps - mean[GYRO_ERROR]
     gain = (
         P[0, GYRO_ERROR] / S,
@@ -82,7 +94,7 @@ def move_or_stand(
     step_s: float,
 ) -> None:
     """Take a step with a filter that learns and trusts GNSS."""
-    if _is_standing(noise, profile, speed_mps):
+    if _is_standing(mean, covariance, noise, profile, speed_mps, yaw_rate_rps):
         _stand(mean, covariance, noise, profile, speed_mps, yaw_rate_rps, step_s)
     else:
         predict_learnt(mean, covariance, noise, profile, speed_mps, yaw_rate_rps, step_s, False)

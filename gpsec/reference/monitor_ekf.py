@@ -14,7 +14,9 @@ class MonitorEkf(LearningEkf):
 
     def move(self, speed_mps: float, yaw_rate_rps: float, step_s: float) -> None:
         """Take a step, or stand."""
-        if abs(speed_mps) < max(0.03, 2.0 * self.noise.odometer_white_mps):
+        white = max(self.noise.gyro_white_rps**2, 1e-12)
+        turns = (yaw_rate_rps - self._filter.x[6]) ** 2 >= 16.0 * (self._filter.P[6, 6] + white)
+        if abs(speed_mps) < max(0.03, 2.0 * self.noise.odometer_white_mps) and not turns:
             self.stand(speed_mps, yaw_rate_rps, step_s)
         else:
             self.predict(speed_mps, yaw_rate_rps, step_s)

@@ -119,6 +119,14 @@ def test_a_vehicle_that_stands_keeps_its_yaw_and_learns_the_bias_of_its_gyro():
     assert ride.now.covariance[0, 2, 2] <= figures.heading_rad**2
 
 
+def test_a_vehicle_that_creeps_round_a_bend_learns_no_bias():
+    ride = Ride(speed_mps=0.05)
+    for _ in range(50):
+        ride.step(rate_rps=0.02)
+    assert abs(ride.now.mean[0, 6]) < RIG_FIGURES.gyro_bias_rps
+    assert ride.now.mean[0, 2] == pytest.approx(0.02 * 49 * STEP_S, rel=0.1)
+
+
 def test_fixes_are_not_used_while_the_camera_is_blind_but_each_is_tested():
     seeing, blind = Ride(), Ride()
     for ride in (seeing, blind):
