@@ -50,6 +50,14 @@ def weigh(sums: Floats, w: Floats, there: Flags, alone: bool) -> tuple[float, fl
 
 
 @inline
+def drop_channel(sums: Floats, channel: int) -> None:
+    """Forget the samples of one channel."""
+    for part in range(3):
+        for scale in range(len(FORGETTING)):
+            sums[part, scale, channel] = 0.0
+
+
+@inline
 def is_contradicted(sums: Floats, w: Floats, there: Flags) -> bool:
     """Return whether samples speak against the mean that the scale with the most evidence has."""
     best, most = 0, 0.0

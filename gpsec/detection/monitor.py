@@ -23,6 +23,7 @@ from gpsec.detection.evidence import (
     CAMERA_CHANNEL,
     CHANNEL_COUNT,
     UNMATCHED_CHANNEL,
+    drop_channel,
     is_contradicted,
     weigh,
 )
@@ -151,7 +152,8 @@ def watch(
                 total = variance + camera_white + white
                 share = camera_white / total
                 w[CAMERA_CHANNEL] = (tracks.residual_m[row] - level) / sqrt(total)
-                there[CAMERA_CHANNEL] = there[UNMATCHED_CHANNEL] = True
+                there[CAMERA_CHANNEL] = True
+                drop_channel(state.sums[row], UNMATCHED_CHANNEL)
             elif tested and tracks.unmatched[row]:
                 total = variance + noise.camera_white_m[p] ** 2 * exp(state.camera[row]) + white
                 w[UNMATCHED_CHANNEL] = min(_UNMATCHED_M / sqrt(total), _UNMATCHED_SIGMAS)

@@ -46,6 +46,11 @@ class Evidence:
         self._long: list[deque[float]] = [deque(maxlen=_SAMPLES) for _ in range(4)]
         self._last: list[float | None] = [None] * 4
 
+    def drop_channel(self, channel: int) -> None:
+        """Forget the samples of one channel."""
+        self._long[channel].clear()
+        self._last[channel] = None
+
     def take(self, samples: list[float | None], alone: bool) -> None:
         """Take the samples of a step; those that stand `alone` are not kept."""
         for channel, sample in enumerate(samples):
@@ -178,7 +183,8 @@ class TrackMonitor:
             slow = noise.camera_bias_m**2 + noise.camera_mount_m**2
             camera_white = max(sight.camera_sigma_m**2 - slow, noise.camera_white_m**2) * exp(self._camera)
             total = self.slow.come_to(lane, sight.heading_rad) + camera_white + white
-            samples[2:] = (residual_m - self.slow.level) / sqrt(total), 0.0
+            samples[2] = (residual_m - self.slow.level) / sqrt(total)
+            self._evidence.drop_channel(3)
             share = camera_white / total
         elif sight.unmatched and fix_m is not None:
             total = self.slow.variance + noise.camera_white_m**2 * exp(self._camera) + white

@@ -100,9 +100,9 @@ def test_the_camera_alone_raises_the_joint_statistic_and_not_that_of_the_innovat
 def test_a_lane_that_the_map_has_not_raises_an_alarm_and_ends_it():
     ride = Ride()
     ride.steps(100)
-    # Each counts for three deviations: at λ = 0.6, four of them behind many of 0 are (3 · 2.176)² / 1.5625 = 27.3.
+    # Each counts for three deviations: four of them, at λ = 0.95, are (3 · 3.7099)² / 3.4517 = 35.9.
     told = ride.steps(6, matched=False)
-    assert told[3] == pytest.approx(27.3, rel=0.05)
+    assert told[3] == pytest.approx(35.9, rel=0.05)
     assert told[5] > MONITOR_GATE
     assert ride.step(matched=False).innovation[0] < 1.0
     assert max(ride.steps(5)) < 9.0
