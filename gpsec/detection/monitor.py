@@ -38,7 +38,7 @@ from gpsec.types.vehicles import Measurements, Vehicles
 
 # Above this statistic, the monitor is in alarm: 0.1 false alarms an hour.
 MONITOR_GATE = 41.0
-# Above this one, evidence that a sample contradicts is dropped; no detector has a lower threshold.
+# Above this one, evidence that a sample contradicts is dropped; no threshold of `joint` is lower.
 _SUSPECT = 20.0
 # The statistic that one honest sample in ten is above, where all variances are as the data sheet says.
 _TENTH = 8.6
