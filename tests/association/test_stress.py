@@ -20,7 +20,7 @@ from gpsec.types.answers import Answers
 from gpsec.types.camera import NO_MISTAKES, LaneMistakes
 from tests.parity.drive import Drive, record_drive
 
-STUDY = Study(("none",), (), (), (), ("carla",), np.zeros((1, 0)), 0.1)
+STUDY = Study(("none",), (), (), (), (), ("carla",), np.zeros((1, 0)), 0.1)
 _GNSS = PROFILES["carla"].gnss.white_m
 # Blind for 3 s every 11.5 s.
 _BLIND = {"outages_per_h": 3600.0 / 8.5, "outage_mean_s": 3.0}

@@ -14,7 +14,7 @@ from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Measurements, Vehicles
 from tests.hdmap.nets import BEND, THREE_LANES
 
-STUDY = Study(("none", "drift"), (), (), (), ("carla",), np.zeros((1, 0)), 0.1)
+STUDY = Study(("none", "drift"), (), (), (), (), ("carla",), np.zeros((1, 0)), 0.1)
 MIDDLE_M = -4.8
 
 

@@ -84,10 +84,12 @@ class SideBySide:
         watch: Stopwatch,
     ) -> None:
         isolated_before = self.batched.answers.isolated[rows].copy()
+        lane_before = tracks.lane.copy()
         self.reference.step(number, rows, tracks, vehicles, seen, threads, watch)
         residual, valid = tracks.residual_m[rows].copy(), tracks.residual_valid[rows].copy()
         paired = tracks.paired_m[rows][valid]
         lanes = [one[rows].copy() for one in (tracks.lane, tracks.lane_known, tracks.unmatched)]
+        tracks.lane[:] = lane_before  # both go on from the lane of the step before
         self.batched.step(number, rows, tracks, vehicles, seen, threads, watch)
         found = self.found
         found.close("residual", residual, tracks.residual_m[rows])
