@@ -24,7 +24,7 @@ PHASES = ("honest", "attacked", "after")
 HONEST, DURING, AFTER = range(3)
 # What is counted: steps at each place and the right ones of these; lane changes, and the right ones soon, and later.
 JUDGED_PLACES = ("road", "seen", "junction", "fork")
-JUDGED, UNKNOWN_LANE, UNMATCHED, CHANGES, SOON, LATER, FIRST_PLACE = range(7)
+JUDGED, UNKNOWN_LANE, UNMATCHED_STEPS, CHANGES, SOON, LATER, FIRST_PLACE = range(7)
 COUNTED = FIRST_PLACE + 2 * len(JUDGED_PLACES)
 
 
@@ -109,7 +109,7 @@ def judge_lanes(
         inside = internal[vehicles.lane[v]] or internal[here]
         cell[JUDGED] += 1
         cell[UNKNOWN_LANE] += not tracks.lane_known[row]
-        cell[UNMATCHED] += tracks.unmatched[row]
+        cell[UNMATCHED_STEPS] += tracks.unmatched[row]
         for place, there in enumerate((not inside, seen.camera_valid[v], inside, judge.forked[here])):
             if there:
                 cell[FIRST_PLACE + 2 * place] += 1
@@ -151,7 +151,7 @@ def association_table(study: Study, counts: Longs, scenario: str) -> pd.DataFram
         "association": np.full(len(found), study.association, object),
         "steps": cells[:, JUDGED],
         "unknown_share": _share(cells[:, UNKNOWN_LANE], cells[:, JUDGED]),
-        "unmatched_share": _share(cells[:, UNMATCHED], cells[:, JUDGED]),
+        "unmatched_share": _share(cells[:, UNMATCHED_STEPS], cells[:, JUDGED]),
     }
     for place, name in enumerate(JUDGED_PLACES):
         of = cells[:, FIRST_PLACE + 2 * place]
