@@ -16,10 +16,9 @@ from gpsec import cli
 from gpsec.console import aftermath
 from gpsec.core.errors import GpsecError
 from gpsec.core.progress import Progress
+from gpsec.outcomes.tables import TABLES
 from gpsec.running import batch
 from gpsec.scenario import Scenario
-
-TABLES = ("detection", "localization", "safety", "events", "vehicles", "curves", "error_bands", "places")
 
 
 def write_results(scenario: Scenario, folder: Path) -> None:

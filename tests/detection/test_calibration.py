@@ -49,7 +49,13 @@ def test_too_little_data_is_not_extrapolated():
     found = thresholds_by_rate(ChiSquare(window=1), [white_log(1)], settle_s=0.0)
     # 54,000 samples and 1.5 vehicle-hours: 5.4 alarmed samples at 1e-4, 1.5 alarms at 1/h.
     assert MIN_EVENTS > 5.4
-    assert [name for name, value in found.items() if value is None] == ["1e-4/sample", "1/h", "0.1/h"]
+    assert [name for name, value in found.items() if value is None] == [
+        "1e-4/sample",
+        "1/h",
+        "0.1/h",
+        "0.01/h",
+        "1e-3/h",
+    ]
 
 
 def test_alarms_per_hour():
