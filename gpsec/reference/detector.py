@@ -4,7 +4,6 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 from gpsec.detection.alarm import GAP_S
-from gpsec.detection.joint import UNMATCHED
 from gpsec.reference.sight import Sight
 from gpsec.types.points import HOLD_S
 
@@ -94,10 +93,7 @@ class TrackWatching(TrackDetector):
     def step(self, sight: Sight, residual_m: float | None, attacked: bool) -> TrackVerdict:
         """Take one step."""
         self._scored_before_s += self.scale.step_s
-        if not sight.told.tested:
-            return self.decide(None)
-        unmatched = UNMATCHED if self._statistic == "joint" and sight.unmatched else 0.0
-        return self.decide(float(getattr(sight.told, self._statistic)) + unmatched)
+        return self.decide(float(getattr(sight.told, self._statistic)) if sight.told.tested else None)
 
     def forget(self) -> None:
         """Do nothing: all is remembered by the monitor."""

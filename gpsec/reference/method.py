@@ -156,7 +156,6 @@ class ReferenceMethod:
                 residual_m = None if residual is None else residual.z_m
                 sight = replace(sight, unmatched=bool(tracks.unmatched[row]))
                 sight = replace(sight, told=monitor.step(number, sight, residual_m, seen_lane))
-            sight = replace(sight, unmatched=bool(tracks.unmatched[row]))
             self._answer(row, sight, residual, bool(tracks.attacked[row]), profile)
         watch.lap("reference engine")
 

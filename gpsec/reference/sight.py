@@ -39,7 +39,6 @@ class Sight:
         camera_sigma_m: standard deviation that the camera states.
         unmatched: no lane of the map matches the fix that is compared with what the camera sees.
         told: what the monitor says, if there is one.
-        unmatched: the camera sees a lane, and no lane of the map that the vehicle may be on agrees.
 
     """
 
@@ -54,4 +53,3 @@ class Sight:
     camera_sigma_m: float
     unmatched: bool = False
     told: Whitened = NOTHING_WHITENED
-    unmatched: bool = False

@@ -13,7 +13,6 @@ from gpsec.detection.cusum import Cusum
 from gpsec.detection.evidence import FORGETTING
 from gpsec.detection.forecast import CLIP, DELAY
 from gpsec.detection.isolation_forest import WINDOW
-from gpsec.detection.joint import UNMATCHED
 from gpsec.detection.lstm import Lstm
 from gpsec.detection.lstm_cell import HIDDEN
 from gpsec.detection.lstm_cusum import LstmCusum
@@ -43,8 +42,7 @@ def test_parameters_in_the_docs_are_those_of_the_code():
         f"λ = {', '.join(f'{decay:g}' for decay in DECAYS)}, {HIDDEN} hidden units, clip {CLIP:g}, delay {DELAY},"
         f" distrust {lstm.distrust}, plausible {lstm.plausible:g}, enough {lstm.enough:g}",
         f"slack = {sums.slack:g}, reach {sums.reach:g}, clip {sums.clip:g}, margin {sums.margin:g}",
-        f"| `joint` | T of innovations and camera together, likewise; an unmatched step adds {UNMATCHED:g} |"
-        f" λ = {', '.join(f'{d:g}' for d in FORGETTING)} |",
+        f"| `joint` | T of innovations and camera together, likewise | λ = {', '.join(f'{d:g}' for d in FORGETTING)} |",
         f"(T/q > {MONITOR_GATE:g})",
         *(f"a cap of {cap:g}" if name == "R2" else f'`"{name}"` has {cap:g}' for name, (cap, _) in PRESETS.items()),
         f"at most {HOLD_S:g} s",
