@@ -49,7 +49,7 @@ def make(out: Path, studies: Studies, jobs: int, report: Report) -> None:
     tables.write_table(table_1, out / "table1.csv")
     made = {1: table_1}
     for number, published in enumerate(TABLES_II_TO_IV, start=2):
-        made[number] = localization_table(runs, published)
+        made[number] = rmse_table(runs, published)
         tables.write_table(made[number], out / f"table{number}.csv")
     made[0] = list(tables.odometer_rows(odometer_events(runs)))
     tables.write_table(made[0], out / "odometer.csv")
@@ -100,7 +100,7 @@ def table_one(runs: Runs) -> list[tables.PaperRow]:
     return rows
 
 
-def localization_table(runs: Runs, published: PublishedRmse) -> list[tables.PaperRow]:
+def rmse_table(runs: Runs, published: PublishedRmse) -> list[tables.PaperRow]:
     """Return one of Tables II to IV: with a real car's sensors, as written, and with what its simulator gives."""
     profile = published.profile
 

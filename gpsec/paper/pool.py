@@ -11,13 +11,13 @@ from gpsec.core.arrays import Floats, Ints
 from gpsec.outcomes import metrics
 from gpsec.outcomes.bootstrap import Bootstrap
 from gpsec.outcomes.metrics import Figures
+from gpsec.outcomes.state import LARGEST
 from gpsec.outcomes.tables import read_table
 from gpsec.types.points import without_rate
 
 BOOTSTRAP = Bootstrap(seed=2026, replicates=2000, confidence=0.95)
 
 _SAMPLES = ["true_positives", "false_positives", "false_negatives"]
-LARGEST = ("max_x_m", "max_y_m", "max_xy_m")
 ERRORS = ("rmse_x_m", "rmse_y_m", "rmse_xy_m", "rmse_cross_track_m", "rmse_along_track_m")
 
 
