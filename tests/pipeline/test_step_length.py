@@ -14,11 +14,13 @@ from gpsec.scenario.sections import Defence
 from gpsec.traffic.offline import OfflineTraffic
 from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.source import Departure, Equip, Frame
+from gpsec.types.points import point_name
 
 DURATION_S = 15.0
 SPEED_MPS = 12.0
 VEHICLES = 12
 DETECTORS = ("chi_square", "cusum", "isolation_forest", "lstm_glr")
+RATE = "1e-3/sample"
 # A sudden bias of half a lane that begins after three to five seconds and is over after four.
 PLAN = {
     "attack": "constant_bias",
@@ -89,17 +91,14 @@ def _scenario(config: Path, step_s: float, profile: str) -> Scenario:
         "traffic": scenario.traffic.model_copy(update={"step_s": step_s}),
         "fleet": scenario.fleet.model_copy(update={"settle_s": 3.0, "profile": {profile: 1.0}}),
         "detection": scenario.detection.model_copy(update={"detectors": DETECTORS}),
-        "defences": tuple(
-            Defence(detector=one, response=response) for one in ("never", *DETECTORS) for response in [_response(one)]
+        "defences": (
+            Defence(detector="never", response="none"),
+            *(Defence(detector=one, response="ukf", rate=RATE) for one in DETECTORS),
         ),
         "plans": (plan_config(PLAN, "steps"),),
         "outcomes": scenario.outcomes.model_copy(update={"bootstrap": 10}),
     }
     return scenario.model_copy(update=changes)
-
-
-def _response(detector: str) -> str:
-    return "none" if detector == "never" else "ukf"
 
 
 @pytest.mark.parametrize("step_s", [0.05, 0.033, 0.02, 0.01, 0.005])
@@ -108,10 +107,11 @@ def test_a_sudden_bias_is_detected_alike_at_every_step(events: Events, step_s: f
     long, short = events(0.1, "carla"), events(step_s, "carla")
     assert len(long) == len(short) == VEHICLES * (1 + len(DETECTORS))
     for detector in DETECTORS:
-        one, other = (table[table["detector"] == detector] for table in (long, short))
+        one, other = (table[table["detector"] == point_name(detector, RATE)] for table in (long, short))
         assert one["detected"].mean() == other["detected"].mean() == 1.0
-        # One or two are without a camera just then.
-        assert other["detection_delay_s"].median() <= 0.1
+        # At 0.1 s an attack begins with a sample. At shorter steps it waits 0.05 s for one, and the forest needs a
+        # second one of some; one or two vehicles are without a camera just then.
+        assert other["detection_delay_s"].median() <= one["detection_delay_s"].median() + 0.15 <= 0.15
         scored = [(table["true_positives"] + table["false_negatives"]).sum() for table in (one, other)]
         assert scored[1] == pytest.approx(scored[0], rel=0.06)
         # The attack never gets hold of the vehicle, and GNSS is trusted again when it is over.
