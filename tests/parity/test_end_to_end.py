@@ -22,9 +22,12 @@ TOLERANCE = 1e-6
 def results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """Folders of one run with each engine."""
     thresholds = {"chi_square": 4.0, "cusum": 6.0, "isolation_forest": 0.62, "lstm_glr": 4.0}
-    calibrated = {name: Calibrated(threshold, 0.0) for name, threshold in thresholds.items()}
+    calibrated = {
+        rate: {name: Calibrated(factor * threshold, 0.0) for name, threshold in thresholds.items()}
+        for rate, factor in (("1e-3/sample", 1.0), ("0.1/h", 1.2))
+    }
     known = {
-        (profile, "tracked"): ProfileModel(learned_for(seed), {"1e-3/sample": calibrated})
+        (profile, "tracked"): ProfileModel(learned_for(seed), calibrated)
         for seed, profile in enumerate(("carla", "consumer"))
     }
     folders = {}
