@@ -37,7 +37,19 @@ _FIGURES = FilterNoise(
 
 
 def watched(grid: Grid) -> Grid:
-    """Return residuals with what the monitor says of them; there is a fix wherever there is a residual."""
+    """Return residuals with what the monitor says of them."""
+    return replace(grid, channels=_channels_of(grid))
+
+
+def watched_log(log: ResidualLog) -> ResidualLog:
+    """Return a log of vehicles of one length with what the monitor says."""
+    channels = _channels_of(Grid.of([log]))
+    flat = Channels._make(array.T.reshape(-1) for array in channels)
+    return replace(log, channels=taken(flat, np.arange(len(log.vehicle), dtype=np.int32)))
+
+
+def _channels_of(grid: Grid) -> Channels:
+    """Return the (T, n) channels of residuals; there is a fix wherever there is a residual."""
     steps, vehicles = grid.valid.shape
     monitor = Monitor(MonitorRules(grid.step_s, noise_table([_FIGURES]), *PRESETS["R2"]), looks_back=True)
     for table in monitor.tables:
@@ -56,12 +68,4 @@ def watched(grid: Grid) -> Grid:
         for whole, part in zip(channels, told, strict=True):
             whole[t, : len(rows)] = part
         tracks.fix_m[:, 0] += grid.speed_mps[t] * grid.step_s
-    return replace(grid, channels=channels)
-
-
-def watched_log(log: ResidualLog) -> ResidualLog:
-    """Return a log of vehicles of one length with what the monitor says."""
-    channels = watched(Grid.of([log])).channels
-    assert channels is not None
-    flat = Channels._make(array.T.reshape(-1) for array in channels)
-    return replace(log, channels=taken(flat, np.arange(len(log.vehicle), dtype=np.int32)))
+    return channels
