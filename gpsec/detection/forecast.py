@@ -114,6 +114,15 @@ def remember(
     forecast.at[row] = at + 1 if at + 1 < forecast.queue.shape[1] else 0
 
 
+@always_inline
+def remember_residual(
+    state: Any, seen: Observation, i: int, settings: Any, threshold: float, alarm: bool, work: Step, n: int
+) -> None:
+    """Do what `each_block` asks of a detector that remembers nothing but its forecast: queue the residual."""
+    z = seen.residual_m[i] / seen.scale_m[i]
+    remember(state.forecast, seen.rows[i], z, work.output[n, 0], settings.forecast, alarm)
+
+
 @dataclass(frozen=True)
 class Forecaster(KernelDetector):
     """A detector that compares the residual with what the LSTM expects.

@@ -15,7 +15,7 @@ from gpsec.detection.forecast import (
     ForecastState,
     foresee,
     forget,
-    remember,
+    remember_residual,
     workspace,
 )
 from gpsec.detection.lstm_cell import CELL_BLOCK, Step
@@ -57,21 +57,6 @@ def _score(
     return mean(state.square, row) if push(state.square, state.counted, row, error * error) else NOT_YET
 
 
-@always_inline
-def _remember(
-    state: LstmState,
-    seen: Observation,
-    i: int,
-    settings: LstmSettings,
-    threshold: float,
-    alarm: bool,
-    work: Step,
-    n: int,
-) -> None:
-    z = seen.residual_m[i] / seen.scale_m[i]
-    remember(state.forecast, seen.rows[i], z, work.output[n, 0], settings.forecast, alarm)
-
-
 @dataclass(frozen=True)
 class Lstm(Forecaster):
     """Mean of the last n squared errors of an LSTM's one-step prediction of the residual (Eq 10).
@@ -85,7 +70,7 @@ class Lstm(Forecaster):
     name: ClassVar[str] = "lstm"
     delay: ClassVar[int] = 1
     outputs: ClassVar[int] = 1
-    kernel = each_block(CELL_BLOCK, workspace, foresee, _forget, _score, _remember)
+    kernel = each_block(CELL_BLOCK, workspace, foresee, _forget, _score, remember_residual)
     window: int = 2
 
     def new_state(self, capacity: int) -> Table[LstmState]:

@@ -15,7 +15,7 @@ from gpsec.detection.forecast import (
     ForecastState,
     foresee,
     forget,
-    remember,
+    remember_residual,
     workspace,
 )
 from gpsec.detection.lstm_cell import CELL_BLOCK, SCALES, Step
@@ -92,21 +92,6 @@ def _score(
     return value
 
 
-@always_inline
-def _remember(
-    state: LstmGlrState,
-    seen: Observation,
-    i: int,
-    settings: LstmGlrSettings,
-    threshold: float,
-    alarm: bool,
-    work: Step,
-    n: int,
-) -> None:
-    z = seen.residual_m[i] / seen.scale_m[i]
-    remember(state.forecast, seen.rows[i], z, work.output[n, 0], settings.forecast, alarm)
-
-
 @dataclass(frozen=True)
 class LstmGlr(Forecaster):
     """Squared error of an LSTM's prediction of the residual, in units of the variance that the network expects of it.
@@ -125,7 +110,7 @@ class LstmGlr(Forecaster):
     """
 
     name: ClassVar[str] = "lstm_glr"
-    kernel = each_block(CELL_BLOCK, workspace, foresee, _forget, _score, _remember)
+    kernel = each_block(CELL_BLOCK, workspace, foresee, _forget, _score, remember_residual)
     enough: float = 3.0
 
     def new_state(self, capacity: int) -> Table[LstmGlrState]:
