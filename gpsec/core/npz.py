@@ -56,6 +56,14 @@ def read_npz(stream: BinaryIO) -> dict[str, NDArray[Any]]:
         raise DamagedError(said or type(error).__name__) from None
 
 
+def is_text(array: NDArray[Any]) -> bool:
+    """Return whether all letters of an array of texts are in Unicode, and no halves of letters."""
+    if array.dtype.kind != "U" or array.size == 0 or array.dtype.itemsize == 0:
+        return True
+    letters = np.ascontiguousarray(array).reshape(-1).view(np.uint32)
+    return bool((letters <= 0x10FFFF).all() and not ((letters >= 0xD800) & (letters < 0xE000)).any())
+
+
 def _array(content: bytes) -> NDArray[Any]:
     stream = BytesIO(content)
     array: NDArray[Any] = np.lib.format.read_array(stream, allow_pickle=False)

@@ -7,7 +7,7 @@ from pathlib import Path
 from secrets import token_hex
 
 _PACKAGE = Path(__file__).parents[1]
-# Layers that start runs, join the stages or read tables, and what is for files of other kinds.
+# Layers that start runs, join the stages or read tables, and what is for files of other kinds or for pictures.
 ABOVE = frozenset(
     [
         "cli",
@@ -17,6 +17,7 @@ ABOVE = frozenset(
         "running",
         "testing",
         "training",
+        "imaging",
         "pipeline",
         "reference",
         "scenario",

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from gpsec.core.arrays import Flags, Floats, Ints, Longs
 from gpsec.core.errors import GpsecError, shown
-from gpsec.core.npz import DamagedError, read_npz
+from gpsec.core.npz import DamagedError, is_text, read_npz
 from gpsec.core.version import __version__
 from gpsec.traffic.inputs import UNREADABLE, open_input
 from gpsec.traffic.recording import NameColumn, Recording
@@ -104,7 +104,7 @@ def load_recording(path: Path, net: OnNet) -> Recording:
 
 def _stated(array: NDArray[Any] | None) -> str:
     """Return the one value of an array as text, empty where it is no such array."""
-    if array is None or array.shape != (1,) or array.dtype.kind not in "iU" or not _is_text(array):
+    if array is None or array.shape != (1,) or array.dtype.kind not in "iU" or not is_text(array):
         return ""
     return str(array[0])
 
@@ -118,16 +118,8 @@ def _check_arrays(path: Path, stored: dict[str, NDArray[Any]]) -> None:
             raise GpsecError(f"{path}: {name}: expected an array of type {expected}, found {shown(dtype)}")
         if dtype.kind == "f" and not np.isfinite(array).all():
             raise GpsecError(f"{path}: {name}: expected finite numbers, found others")
-        if not _is_text(array):
+        if not is_text(array):
             raise GpsecError(f"{path}: {name}: expected texts, found letters that there are not")
-
-
-def _is_text(array: NDArray[Any]) -> bool:
-    """Return whether all letters of an array of texts are in Unicode, and no halves of letters."""
-    if array.dtype.kind != "U" or array.size == 0 or array.dtype.itemsize == 0:
-        return True
-    letters = np.ascontiguousarray(array).reshape(-1).view(np.uint32)
-    return bool((letters <= 0x10FFFF).all() and not ((letters >= 0xD800) & (letters < 0xE000)).any())
 
 
 def _check_shapes(path: Path, recording: Recording) -> None:
