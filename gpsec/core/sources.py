@@ -26,7 +26,19 @@ ABOVE = frozenset(
         "demand",
     ]
 )
-STAGES = frozenset(["traffic", "sensors", "attacks", "association", "detection", "localization", "outcomes"])
+STAGES = frozenset(
+    [
+        "traffic",
+        "sensors",
+        "attacks",
+        "association",
+        "detection",
+        "localization",
+        "steering",
+        "encounters",
+        "outcomes",
+    ]
+)
 # As the import contracts in pyproject.toml have it, from the top: a layer imports those of the ranks below its own, and
 # itself. What is not here is a basic, which all may import.
 RANKS = (ABOVE, STAGES, frozenset(["hdmap"]), frozenset(["filters"]), frozenset(["types"]))
