@@ -70,7 +70,9 @@ def test_the_golden_run_keeps_every_byte(
     assert all(other == found for other in digests.values())
     golden = json.loads(GOLDEN.read_text("utf-8"))
     if os.environ.get("GPSEC_WRITE_GOLDEN"):
-        GOLDEN.write_text(json.dumps(golden | {libraries(): found}, indent=2) + "\n", "utf-8")
+        # Where results have changed, the digests of other machines are no longer true.
+        kept = golden if golden.get(libraries(), found) == found else {}
+        GOLDEN.write_text(json.dumps(kept | {libraries(): found}, indent=2) + "\n", "utf-8")
         return
     if libraries() not in golden:
         pytest.skip(f"no digests are kept for {libraries()}")
