@@ -7,12 +7,12 @@ from itertools import chain
 from pathlib import Path
 
 import gpsec
-from gpsec.testing import ATTACK_CHECKS, DETECTOR_CHECKS, PROFILE_CHECKS, RESPONSE_CHECKS
+from gpsec.testing import ATTACK_CHECKS, DETECTOR_CHECKS, PROFILE_CHECKS, RESPONSE_CHECKS, STEERING_CHECKS
 
 PACKAGE = Path(gpsec.__file__).parent
 
 # Rules of `gpsec.testing` that more than one kind of part keeps.
-CHECKS = chain(ATTACK_CHECKS, DETECTOR_CHECKS, PROFILE_CHECKS, RESPONSE_CHECKS)
+CHECKS = chain(ATTACK_CHECKS, DETECTOR_CHECKS, PROFILE_CHECKS, RESPONSE_CHECKS, STEERING_CHECKS)
 RULES = {name for name, kinds in Counter(check.__name__ for check in CHECKS).items() if kinds > 1}
 
 # Names that have the same meaning wherever they are defined.

@@ -10,7 +10,7 @@ from gpsec.console import options
 from gpsec.console.errors import say
 from gpsec.core.errors import GpsecError, nearest
 
-KINDS = ("attacks", "detectors", "responses", "profiles", "scenarios")
+KINDS = ("attacks", "detectors", "responses", "profiles", "reactions", "dynamics", "scenarios")
 
 
 def list_(
@@ -44,10 +44,9 @@ def lines(kind: str, folder: Path | None) -> list[str]:
     if kind not in KINDS:
         raise GpsecError(f"KIND: unknown '{kind}': {nearest(kind, KINDS)}")
     parts: Mapping[str, Any]
-    if kind == "attacks":
-        from gpsec.attacks.registry import ATTACKS
-
-        return _columns((name, f"{_first_line(part)} ({_parameters(part)})") for name, part in ATTACKS.items())
+    if kind in ("attacks", "reactions", "dynamics"):
+        parts = _with_parameters(kind)
+        return _columns((name, f"{_first_line(part)} ({_parameters(part)})") for name, part in parts.items())
     if kind == "detectors":
         from gpsec.detection.registry import DETECTORS
 
@@ -63,6 +62,16 @@ def lines(kind: str, folder: Path | None) -> list[str]:
     return _columns((name, _first_line(part)) for name, part in parts.items())
 
 
+def _with_parameters(kind: str) -> Mapping[str, Any]:
+    if kind == "attacks":
+        from gpsec.attacks.registry import ATTACKS
+
+        return ATTACKS
+    from gpsec.steering.registry import DYNAMICS, REACTIONS
+
+    return REACTIONS if kind == "reactions" else DYNAMICS
+
+
 def _scenarios(folder: Path | None) -> Iterable[tuple[str, str]]:
     from gpsec.core import shipped
     from gpsec.scenario.paths import scenarios_in
@@ -76,8 +85,8 @@ def _scenarios(folder: Path | None) -> Iterable[tuple[str, str]]:
     return [(path.name, str(path)) for path in found]
 
 
-def _parameters(attack: Any) -> str:
-    fields = attack.model_fields.items()
+def _parameters(part: Any) -> str:
+    fields = part.model_fields.items()
     return ", ".join(f"{name} = {field.default!r}" for name, field in fields) or "no parameters"
 
 

@@ -24,8 +24,9 @@ from gpsec.detection.registry import DETECTORS
 from gpsec.localization.registry import RESPONSES
 from gpsec.sensors.profiles import SensorProfile
 from gpsec.sensors.registry import PROFILES
+from gpsec.steering.registry import DYNAMICS, REACTIONS
 
-REGISTRIES: tuple[Registry[Any], ...] = (ATTACKS, DETECTORS, RESPONSES, PROFILES)
+REGISTRIES: tuple[Registry[Any], ...] = (ATTACKS, DETECTORS, RESPONSES, PROFILES, DYNAMICS, REACTIONS)
 EXPECTED = "expected FILE.py:Name, package.module:Name, or a sensor profile FILE.toml"
 
 _used: dict[str, str] = {}
