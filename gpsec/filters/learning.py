@@ -5,7 +5,8 @@ The slow GNSS error is there for the same reason as in the EKF, and here for ano
 would otherwise be learnt as scale. Isolated, the slow error of the camera's offset takes the place of that of GNSS
 east; that of GNSS north is not used.
 
-A lasting error is a state here, so that nothing has to stand in for it as white noise.
+A lasting error is a state here, so that nothing has to stand in for it as white noise. Yaw is what the gyro has told of
+it so far: that of the vehicle `gyro_latency_s` ago, since when it has turned by `lead` more.
 """
 
 from math import exp
@@ -40,6 +41,12 @@ def start_learning(
 
 
 @inline
+def lead(noise: FilterNoise[Floats], profile: int, yaw_rate_rps: float) -> float:
+    """Return by how much the vehicle has turned since the newest yaw rate was measured, if it turns on like that."""
+    return float(noise.gyro_latency_s[profile] * yaw_rate_rps)
+
+
+@inline
 def predict_learnt(
     mean: Floats,
     covariance: Floats,
@@ -54,8 +61,10 @@ def predict_learnt(
     P = covariance
     scale = 1.0 + mean[SCALE]
     distance = speed_mps * step_s / scale
-    turn = (yaw_rate_rps - mean[GYRO_ERROR]) * step_s
-    x, y = dead_reckon(mean[0], mean[1], mean[2], distance, turn)
+    rate = yaw_rate_rps - mean[GYRO_ERROR]
+    turn = rate * step_s
+    course = mean[2] + lead(noise, profile, rate)
+    x, y = dead_reckon(mean[0], mean[1], course, distance, turn)
     dx = x - mean[0]
     dy = y - mean[1]
     if isolated:
@@ -68,7 +77,7 @@ def predict_learnt(
         decay = exp(-step_s / noise.gnss_bias_tau_s[profile])
     keeps = exp(-step_s / noise.gyro_bias_tau_s[profile])
     # Derivatives of position by yaw, by scale and by gyro bias: half of a turn is made before the middle of the arc.
-    half = 0.5 * step_s
+    half = 0.5 * step_s + noise.gyro_latency_s[profile]
     for j in range(LEARNING_STATES):
         P[0, j] += -dy * P[2, j] - dx / scale * P[SCALE, j] + half * dy * P[GYRO_ERROR, j]
         P[1, j] += dx * P[2, j] - dy / scale * P[SCALE, j] - half * dx * P[GYRO_ERROR, j]
@@ -84,7 +93,7 @@ def predict_learnt(
         P[i, SLOW_NORTH] *= decay
         P[i, GYRO_ERROR] *= keeps
     along = (noise.odometer_white_mps[profile] * step_s) ** 2
-    ekf.add_along(P, along, mean[2] + 0.5 * turn)
+    ekf.add_along(P, along, course + 0.5 * turn)
     P[2, 2] += (noise.gyro_white_rps[profile] * step_s) ** 2
     P[SLOW, SLOW] += slow * (1.0 - decay * decay)
     if not isolated:

@@ -30,6 +30,8 @@ class FilterNoise(NamedTuple, Generic[T]):
         camera_slope: of C1, likewise.
         camera_bias_m, camera_bias_tau_s: of the slow part of C0, and its correlation time.
         camera_mount_m: of the mounting offset, constant for a vehicle.
+        camera_period_s: time between its samples.
+        gyro_latency_s: age of the yaw rate when it arrives.
     """
 
     gnss_white_m: T
@@ -48,6 +50,8 @@ class FilterNoise(NamedTuple, Generic[T]):
     camera_bias_m: T
     camera_bias_tau_s: T
     camera_mount_m: T
+    camera_period_s: T
+    gyro_latency_s: T
 
 
 def noise_table(profiles: list[FilterNoise[float]]) -> FilterNoise[Floats]:

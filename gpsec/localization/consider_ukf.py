@@ -16,10 +16,13 @@ from gpsec.core.geo import wrap_angle
 from gpsec.core.kernels import inline
 from gpsec.filters.ekf import STATES
 from gpsec.filters.learning import LEARNING_STATES, SLOW, predict_learnt, start_learning
+from gpsec.hdmap.matching import offset_on, view_on
+from gpsec.hdmap.search import TRACKED
 from gpsec.localization.family import Filter
 from gpsec.localization.lane_ukf import camera_noise
 from gpsec.localization.learning import LEARNING_EKF
 from gpsec.localization.paper_ukf import expect_offset
+from gpsec.localization.sparse_map import map_variances
 from gpsec.localization.world import LaneSight, Room, World
 
 
@@ -70,7 +73,8 @@ def correct_considering(
 
     Five sigma points of the position give the offset that is expected, its variance and its covariance with the
     position, and with these the row H of a linear observation (statistical linearisation). The camera's lasting error
-    adds to what it sees: H is 1 there. What the points scatter beyond H is noise, beside the camera's white part.
+    adds to what it sees: H is 1 there. What the points scatter beyond H is noise, beside the camera's white part. Of a
+    sparse map the UKF takes chords; by how much the arc lies beside, and what is not known of that, is added here.
 
     Returns the segment of the mean (-1 where a sigma point had no match; nothing is corrected then) and repairs made.
     """
@@ -86,8 +90,13 @@ def correct_considering(
     common = room.root[0]
     for j in range(LEARNING_STATES):
         common[j] = P[j, 0] * hx + P[j, 1] * hy + P[j, SLOW]
-    S = variance + 2.0 * (hx * P[0, SLOW] + hy * P[1, SLOW]) + P[SLOW, SLOW]
-    nu = sight.offset_m - expected - mean[SLOW]
+    lanes = world.hd_map.lanes
+    extend = world.hd_map.mode == TRACKED
+    chord, _ = offset_on(lanes, segment, mean[0], mean[1], mean[2], extend)
+    arc, _ = view_on(lanes, segment, mean[0], mean[1], mean[2], extend)
+    map_offset, _ = map_variances(lanes, segment, world.noise, profile, sight.speed_mps)
+    S = variance + map_offset + 2.0 * (hx * P[0, SLOW] + hy * P[1, SLOW]) + P[SLOW, SLOW]
+    nu = sight.offset_m - (expected + arc - chord) - mean[SLOW]
     for i in range(2):
         gain = common[i] / S
         mean[i] += gain * nu

@@ -150,7 +150,14 @@ def correcting(correction: Correction) -> BranchLoop:
             v = tracks.vehicle[track]
             if not (seen.camera_valid[v] and tracks.lane_known[track]):
                 continue
-            sight = LaneSight(tracks.lane[track], -seen.lane_poly[v, 0], seen.lane_poly[v, 1], seen.camera_sigma_m[v])
+            sight = LaneSight(
+                tracks.lane[track],
+                -seen.lane_poly[v, 0],
+                seen.lane_poly[v, 1],
+                seen.camera_sigma_m[v],
+                seen.speed_mps[v],
+                seen.yaw_rate_rps[v],
+            )
             branches.segment[row], repaired = correction(
                 branches.mean[row],
                 branches.covariance[row],
@@ -216,7 +223,8 @@ def rewinding(filter_: Filter, correction: Correction) -> BranchLoop:
                 if step == last or recorded.lane[track, at] < 0:
                     continue
                 camera = history.camera[v, at]
-                sight = LaneSight(recorded.lane[track, at], -camera[0], camera[1], camera[2])
+                lane = recorded.lane[track, at]
+                sight = LaneSight(lane, -camera[0], camera[1], camera[2], speed_mps, yaw_rate_rps)
                 branches.segment[row], repaired = correction(
                     mean, covariance, branches.segment[row], room, world, q, sight
                 )

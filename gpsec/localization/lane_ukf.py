@@ -10,12 +10,13 @@ from math import cos, sqrt, tan
 from gpsec.core.arrays import Floats
 from gpsec.core.geo import wrap_angle
 from gpsec.core.kernels import inline
-from gpsec.filters.learning import GYRO_ERROR, SCALE, SLOW
+from gpsec.filters.learning import GYRO_ERROR, SCALE, SLOW, lead
 from gpsec.filters.noise import FilterNoise
 from gpsec.hdmap.around import gather_around, nearest_of
 from gpsec.hdmap.arrays import Pose
 from gpsec.hdmap.matching import view_on
 from gpsec.hdmap.search import MIN_COS, TRACKED, match
+from gpsec.localization.sparse_map import map_variances
 from gpsec.localization.world import LaneSight, Room, World
 
 ACTIVE = 6
@@ -79,15 +80,16 @@ def correct_by_lane(
     repairs = _root(root, P)
     segment = hint
     count = -1
+    heading = mean[2] + lead(world.noise, profile, sight.yaw_rate_rps - mean[GYRO_ERROR])
     if mode == TRACKED:
         reach = max(sqrt(root[0, 0] * root[0, 0] + root[0, 1] * root[0, 1]), root[1, 1])
-        pose = Pose(layer, sight.lane, mean[0], mean[1], mean[2])
+        pose = Pose(layer, sight.lane, mean[0], mean[1], heading)
         count, segment = gather_around(lanes, lookup, pose, hint, reach, room.near)
     centre = -1
     for point in range(7):
         x = mean[0]
         y = mean[1]
-        yaw = mean[2]
+        yaw = heading
         if point > 0:
             k = (point - 1) // 2
             sign = 1.0 if point % 2 == 1 else -1.0
@@ -115,9 +117,10 @@ def correct_by_lane(
     # The camera's slow error adds to what it sees of the offset.
     u = expected[0, 0] - z0
     w = expected[0, 1] - z1
-    s00 = offset_sigma_m * offset_sigma_m + _CENTRE_WEIGHT * u * u
+    map_offset, map_direction = map_variances(lanes, centre, world.noise, profile, sight.speed_mps)
+    s00 = offset_sigma_m * offset_sigma_m + map_offset + _CENTRE_WEIGHT * u * u
     s01 = _CENTRE_WEIGHT * u * w
-    s11 = slope_sigma * slope_sigma + _CENTRE_WEIGHT * w * w
+    s11 = slope_sigma * slope_sigma + map_direction + _CENTRE_WEIGHT * w * w
     for k in range(ACTIVE):
         for side in range(2):
             point = 1 + 2 * k + side if k < 3 else 0

@@ -34,12 +34,15 @@ class LaneSight(NamedTuple):
         offset_m: -C0, where the vehicle is in its lane, left positive.
         slope: C1, the direction of the lane in the vehicle's frame.
         sigma_m: standard deviation that the camera states for C0.
+        speed_mps, yaw_rate_rps: of the vehicle, by odometer and gyro.
     """
 
     lane: int
     offset_m: float
     slope: float
     sigma_m: float
+    speed_mps: float
+    yaw_rate_rps: float
 
 
 class Room(NamedTuple):

@@ -29,4 +29,6 @@ def filter_noise(profile: SensorProfile, step_s: float) -> FilterNoise[float]:
         camera_bias_m=profile.camera.bias_m,
         camera_bias_tau_s=profile.camera.bias_tau_s,
         camera_mount_m=profile.camera.mount_m,
+        camera_period_s=max(1.0 / profile.camera.rate_hz, step_s),
+        gyro_latency_s=profile.gyro.latency_s,
     )

@@ -5,7 +5,7 @@ from filterpy.kalman import MerweScaledSigmaPoints
 
 from gpsec.core.arrays import Floats
 from gpsec.reference.filters import wrapped
-from gpsec.reference.learning import LaneUkf, LearningEkf, camera_white_m
+from gpsec.reference.learning import LaneUkf, LearningEkf, camera_white_m, way_between
 from gpsec.reference.matching import LaneMatcher
 from gpsec.reference.sight import Sight
 
@@ -58,6 +58,12 @@ class ConsideringUkf(LaneUkf):
         # What the points scatter beyond a linear observation is noise.
         beyond = float(_POINTS.Wc @ (seen - expected) ** 2 - H[0, :2] @ P[:2, :2] @ H[0, :2])
         R = np.array([[camera_white_m(self.noise, sight.camera_sigma_m) ** 2 + beyond]])
-        nu = np.array([sight.lane_offset_m - expected - x[5]])
+        here = float(x[0]), float(x[1]), self.yaw_rad, sight.lane
+        chord, arc = matcher.offset(*here), matcher.view(*here)
+        if chord is None or arc is None:
+            return False
+        map_variance, _ = matcher.unsure(*here, way_between(self.noise, sight.speed_mps))
+        R += map_variance
+        nu = np.array([sight.lane_offset_m - (expected + arc[0] - chord) - x[5]])
         self._filter.x, self._filter.P = schmidt_update(x, P, H, nu, R, active=2)
         return True

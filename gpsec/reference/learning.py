@@ -183,20 +183,23 @@ class LaneUkf:
         noise = self.noise
         white = camera_white_m(noise, sight.camera_sigma_m)
         slope_sigma = noise.camera_slope * (white / noise.camera_white_m) ** 3
+        east, north, course, _, gyro, _ = self.state.tolist()
+        lead = noise.gyro_latency_s * (sight.yaw_rate_rps - gyro)
 
         def expected(point: Floats) -> Floats:
             x, y, yaw, _, _, camera = point.tolist()
-            view = matcher.view(x, y, yaw, sight.lane)
+            view = matcher.view(x, y, yaw + lead, sight.lane)
             if view is None:
                 raise NoLaneError
             return np.array([view[0] + camera, tan(view[1])])
 
+        unsure = matcher.unsure(east, north, course + lead, sight.lane, way_between(noise, sight.speed_mps))
         ukf = self._filter
         # Sigma points of the covariance as it is now: `predict` was not filterpy's.
         ukf.sigmas_f = ukf.points_fn.sigma_points(ukf.x, ukf.P)
         try:
             seen = np.array([sight.lane_offset_m, sight.lane_slope])
-            ukf.update(seen, R=np.diag([white**2, slope_sigma**2]), hx=expected)
+            ukf.update(seen, R=np.diag([white**2, slope_sigma**2]) + np.diag(unsure), hx=expected)
         except NoLaneError:
             return False
         ukf.x[2] = wrapped(ukf.x[2])
@@ -209,23 +212,30 @@ def learnt_motion(
     """Return the (5,) state (east, north, yaw, scale, gyro bias) after a step, its Jacobian and the process noise."""
     east, north, yaw, scale, gyro = state.tolist()
     turn = (yaw_rate_rps - gyro) * step_s
-    shift = arc(yaw, speed_mps * step_s / (1.0 + scale), turn)
+    # Yaw is that of the time of the newest yaw rate; until now the vehicle has turned on.
+    course = yaw + noise.gyro_latency_s * (yaw_rate_rps - gyro)
+    shift = arc(course, speed_mps * step_s / (1.0 + scale), turn)
     across = np.array([-shift[1], shift[0]])
     keeps = exp(-step_s / noise.gyro_bias_tau_s)
     F = np.eye(5)
     F[:2, 2] = across
     F[:2, 3] = -shift / (1.0 + scale)
     # A bias turns the chord by half of what it turns the vehicle.
-    F[:2, 4] = -0.5 * step_s * across
+    F[:2, 4] = -(0.5 * step_s + noise.gyro_latency_s) * across
     F[2, 4] = -step_s
     F[4, 4] = keeps
-    middle = np.array([cos(yaw + turn / 2.0), sin(yaw + turn / 2.0)])
+    middle = np.array([cos(course + turn / 2.0), sin(course + turn / 2.0)])
     Q = np.zeros((5, 5))
     Q[:2, :2] = (noise.odometer_white_mps * step_s) ** 2 * np.outer(middle, middle)
     Q[2, 2] = (noise.gyro_white_rps * step_s) ** 2
     Q[4, 4] = noise.gyro_bias_rps**2 * (1.0 - keeps**2)
     moved = np.array([east + shift[0], north + shift[1], wrapped(yaw + turn), scale, keeps * gyro])
     return moved, F, Q
+
+
+def way_between(noise: FilterNoise[float], speed_mps: float) -> float:
+    """Return the way from one camera sample to the next, of a vehicle that creeps at least."""
+    return max(abs(speed_mps), 0.03) * noise.camera_period_s
 
 
 def camera_white_m(noise: FilterNoise[float], stated_m: float) -> float:

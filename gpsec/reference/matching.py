@@ -1,6 +1,6 @@
 """Map matching by shapely: the nearest lane segment, and the signed offset from it (Eqs 2-6)."""
 
-from math import cos, inf, sin
+from math import cos, inf, pi, sin
 from typing import NamedTuple
 
 import numpy as np
@@ -8,6 +8,7 @@ import shapely
 
 from gpsec.core.arrays import Floats, Ints
 from gpsec.hdmap.map import HDMap
+from gpsec.localization.sparse_map import DIRECTION_SHARE, OFFSET_SHARE
 
 # Segments that are equally near to within this count as such; the first of them in the map is taken.
 TIE_M = 1e-11
@@ -82,6 +83,19 @@ class LaneMatcher:
         length = float(np.hypot(*(self._end_m[segment] - self._start_m[segment])))
         # The parabola that turns by as much as the lane does between the two points.
         return offset + (last - first) * length * share * (1.0 - share) / 2.0 / cos(turn), turn
+
+    def unsure(self, x_m: float, y_m: float, heading_rad: float, lane: int, way_m: float) -> tuple[float, float]:
+        """Return the variances of offset and direction by what the map leaves open, for a sample every `way_m`."""
+        found = self._beside(x_m, y_m, heading_rad, lane)
+        if found is None:
+            return 0.0, 0.0
+        segment = found[2]
+        chord = self._end_m[segment] - self._start_m[segment]
+        length, course = float(np.hypot(*chord)), float(np.arctan2(chord[1], chord[0]))
+        bends = self._start_yaw_rad[segment] + self._end_yaw_rad[segment] - 2.0 * course
+        kinks = 2.0 * float((bends + 2.0 * pi) % (4.0 * pi) - 2.0 * pi)
+        samples = max(length / way_m, 1.0)
+        return samples * (OFFSET_SHARE * kinks * length) ** 2, samples * (DIRECTION_SHARE * kinks) ** 2
 
     def _beside(self, x_m: float, y_m: float, heading_rad: float, lane: int) -> tuple[float, float, int] | None:
         point = shapely.Point(x_m, y_m)

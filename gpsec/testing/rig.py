@@ -41,6 +41,8 @@ RIG_FIGURES = FilterNoise(
     camera_bias_m=0.04,
     camera_bias_tau_s=10.0,
     camera_mount_m=0.03,
+    camera_period_s=0.1,
+    gyro_latency_s=0.0,
 )
 ONE_THREAD = Threads(1)
 _STRAIGHT_NET = """<net version="1.20">

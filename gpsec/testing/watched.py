@@ -33,6 +33,8 @@ _FIGURES = FilterNoise(
     camera_bias_m=0.02,
     camera_bias_tau_s=10.0,
     camera_mount_m=0.02,
+    camera_period_s=0.1,
+    gyro_latency_s=0.0,
 )
 
 

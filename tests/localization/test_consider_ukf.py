@@ -31,7 +31,7 @@ def begin() -> tuple[np.ndarray, np.ndarray]:
 def see(straight, mean: np.ndarray, covariance: np.ndarray, offset_m: float) -> None:
     world = World(MapView(straight.lanes, straight.index, TRACKED, np.zeros(1, np.int32)), TABLE, STEP_S)
     segment, repairs = correct_considering(
-        mean, covariance, -1, make_room(S), world, 0, LaneSight(0, offset_m, 0.0, STATED_M)
+        mean, covariance, -1, make_room(S), world, 0, LaneSight(0, offset_m, 0.0, STATED_M, 10.0, 0.0)
     )
     assert (segment >= 0, repairs) == (True, 0)
 

@@ -76,7 +76,7 @@ def corrected(
 ) -> tuple[int, int]:
     """Correct in place with an offset and a slope; return the segment and the repairs made."""
     world = World(MapView(hd_map.lanes, hd_map.index, mode, np.zeros(1, np.int32)), TABLE, STEP_S)
-    sight = LaneSight(0, float(seen[0]), float(seen[1]), STATED_M)
+    sight = LaneSight(0, float(seen[0]), float(seen[1]), STATED_M, 10.0, 0.0)
     return lane_ukf.correct_by_lane(mean, covariance, hint, make_room(learning.LEARNING_STATES), world, 0, sight)
 
 

@@ -73,6 +73,6 @@ class Unheard(Detector):
 def test_what_has_no_reference_is_named():
     with pytest.raises(GpsecError, match=r"^the reference engine has no detector 'unheard': did you mean 'never'\?"):
         detector_maker(Unheard(), 1)
-    rules = Rules(FilterNoise(*[1.0] * 16), SwitchSettings(), 0.1)
+    rules = Rules(FilterNoise(*[1.0] * len(FilterNoise._fields)), SwitchSettings(), 0.1)
     with pytest.raises(GpsecError, match=r"^the reference engine has no response 'uk': did you mean 'ukf'\?"):
         TrackLocalization([0], ["uk"], rules)
