@@ -127,7 +127,7 @@ class SlowPart:
     def follow(self, residual_m: float, white: float) -> None:
         """Correct by a residual."""
         gain = self.variance / (self.variance + white)
-        bound = 2.5 * sqrt(self._stationary)
+        bound = 3.5 * sqrt(self._stationary)
         self.level = float(np.clip(self.level + gain * (residual_m - self.level), -bound, bound))
         self.variance *= 1.0 - gain
 
