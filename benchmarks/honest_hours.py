@@ -14,6 +14,7 @@ from rich.table import Table as PlainTable
 
 from benchmarks.straight_road import RULES, SETTLE_S, STEP_S, Fleet
 from gpsec.core.arrays import Floats
+from gpsec.detection.models import gates_for
 from gpsec.detection.monitor_state import MonitorRules
 from gpsec.filters.noise import FilterNoise, noise_of, noise_table
 from gpsec.pipeline.filter_noise import filter_noise
@@ -63,11 +64,12 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=11, metavar="N")
     options = parser.parse_args()
     table = noise_table([filter_noise(PROFILES[options.profile], STEP_S)])
+    gate = gates_for([options.profile], "tracked")
     drawn = PlainTable("world", "variances", *(f"T > {threshold:g}" for threshold in options.thresholds))
     cases = [(world, name) for world in WORLDS for name in RULES]
     for world, name in track(cases, console=Console(stderr=True)):
         gnss, camera, map_m = WORLDS[world]
-        rules = MonitorRules(STEP_S, table, *RULES[name])
+        rules = MonitorRules(STEP_S, table, gate, *RULES[name])
         fleet = Fleet(worse(noise_of(table, 0), gnss, camera), rules, VEHICLES, options.seed)
         rates = alarms_per_h(fleet, options.hours, map_m, np.array(options.thresholds))
         drawn.add_row(world, name, *(f"{rate:.2f}" for rate in rates))

@@ -16,7 +16,7 @@ from rich.table import Table as PlainTable
 
 from benchmarks.straight_road import RULES, SETTLE_S, STEP_S, Fleet
 from gpsec.core.arrays import Floats
-from gpsec.detection.monitor import MONITOR_GATE
+from gpsec.detection.models import gates_for
 from gpsec.detection.monitor_state import MonitorRules
 from gpsec.filters.noise import noise_of, noise_table
 from gpsec.pipeline.filter_noise import filter_noise
@@ -57,17 +57,19 @@ def main() -> None:
     parser.add_argument("--profile", default="carla", choices=list(PROFILES))
     parser.add_argument("--vehicles", type=int, default=100, metavar="N")
     parser.add_argument(
-        "--threshold", type=float, default=MONITOR_GATE, metavar="T", help="of the statistic of `joint`"
+        "--threshold", type=float, metavar="T", help="of the statistic of `joint`; by default the gate of the profile"
     )
     parser.add_argument("--seed", type=int, default=11, metavar="N")
     options = parser.parse_args()
     profile: SensorProfile = PROFILES[options.profile]
     noise = noise_table([filter_noise(profile, STEP_S)])
+    gate = gates_for([profile.name], "tracked")
+    threshold = float(gate[0]) if options.threshold is None else options.threshold
     best: dict[tuple[str, float], tuple[float, float]] = {}
     for name, dither, speed_mps in track(list(cases()), console=Console(stderr=True)):
-        rules = MonitorRules(STEP_S, noise, *RULES[name])
+        rules = MonitorRules(STEP_S, noise, gate, *RULES[name])
         fleet = Fleet(noise_of(noise, 0), rules, options.vehicles, options.seed)
-        gained = float(np.median(gained_m(fleet, speed_mps, dither, options.threshold)))
+        gained = float(np.median(gained_m(fleet, speed_mps, dither, threshold)))
         best[name, dither] = max(best.get((name, dither), (0.0, 0.0)), (gained, speed_mps))
     table = PlainTable("variances", "dither (σ)", "gained (m)", "at (m/s)")
     for (name, dither), (gained, speed_mps) in best.items():

@@ -12,7 +12,7 @@ from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
 from gpsec.detection.base import Detector
 from gpsec.detection.learned import OnStage, silent
-from gpsec.detection.logs import Grid, ResidualLog
+from gpsec.detection.logs import Grid
 from gpsec.types.answers import Answers
 
 
@@ -103,6 +103,10 @@ class ReplayCounts:
     peak: Floats
     settled_peak: Floats
 
+    def rate(self, like: Rate, whole: "ReplayCounts") -> float:
+        """Return the false-alarm rate of a kind, where only some vehicles of the `whole` were replayed."""
+        return self.onsets / whole.hours if like.per_hour else self.alarmed / whole.scored
+
     def expected(self, rate: Rate) -> float:
         """Return how many events the data would hold at exactly that rate."""
         return float(rate.value * (self.hours if rate.per_hour else self.scored))
@@ -140,7 +144,7 @@ def replay(
 
 def thresholds_by_rate(
     detector: Detector,
-    logs: Sequence[ResidualLog],
+    grid: Grid,
     settle_s: float = 10.0,
     progress: OnStage = silent,
     threads: Threads | None = None,
@@ -152,13 +156,12 @@ def thresholds_by_rate(
     open loop, so only those are replayed whose statistic went over the threshold there: the others have no alarm.
 
     Args:
-        detector: built for the one profile of the logs.
-        logs: benign runs of vehicles that the detector was not trained on.
+        detector: built for the one profile of the grid.
+        grid: benign vehicles that the detector was not trained on.
         settle_s: samples before that age of a vehicle are seen by the detector but do not count.
         progress: told of every rate.
         threads: for the kernels.
     """
-    grid = Grid.of(logs)
     progress(f"calibrating {detector.name}", 0, 1 + len(RATES))
     opened = replay(detector, grid, np.inf, settle_s, threads)
     values = np.unique(opened.statistic)
@@ -171,12 +174,20 @@ def thresholds_by_rate(
         search = Search.start(rate, values, opened)
         for _ in range(MAX_ROUNDS):
             closed = replay(detector, grid.select(opened.peak > search.trial), search.trial, settle_s, threads)
-            search.learn(closed.onsets / opened.hours if rate.per_hour else closed.alarmed / opened.scored)
+            search.learn(closed.rate(rate, opened))
             if search.finished:
                 break
         answer[name] = search.best
     progress(f"calibrating {detector.name}", 1 + len(RATES), 1 + len(RATES))
     return answer
+
+
+def at_threshold(
+    detector: Detector, grid: Grid, rate: Rate, threshold: float, settle_s: float, threads: Threads | None = None
+) -> Calibrated:
+    """Return a threshold that is known, with the rate that it has."""
+    closed = replay(detector, grid, threshold, settle_s, threads)
+    return Calibrated(threshold, closed.rate(rate, closed))
 
 
 class Search:

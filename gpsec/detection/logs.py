@@ -10,9 +10,11 @@ import numpy as np
 
 from gpsec.core.arrays import Flags, Floats, Ints
 from gpsec.core.errors import GpsecError
-from gpsec.core.tables import taken
+from gpsec.core.tables import Table, taken
 from gpsec.detection.base import Observation
 from gpsec.detection.channels import Channels, silent_channels
+from gpsec.detection.monitor_state import MonitorInputs
+from gpsec.filters.noise import FilterNoise
 
 _COLUMNS = ("residual_m", "valid", "speed_mps", "curvature_per_m", "camera_sigma_m")
 
@@ -29,7 +31,8 @@ class ResidualLog:
         scale_m: standard deviation of the residual that the profile promises.
         vehicle, step: (n,) number of the vehicle within this log, and of the step.
         residual_m, valid, speed_mps, curvature_per_m, camera_sigma_m: (n,) as in `Observation`.
-        channels: (n,) likewise; None where the monitor has not run.
+        inputs: (n,) of the monitor; None where nobody reads it.
+        figures: of the profile's sensors, as the monitor knows them; likewise.
     """
 
     network: str
@@ -44,17 +47,18 @@ class ResidualLog:
     speed_mps: Floats
     curvature_per_m: Floats
     camera_sigma_m: Floats
-    channels: Channels | None = None
+    inputs: MonitorInputs | None = None
+    figures: FilterNoise[float] | None = None
 
     def columns(self) -> list[np.ndarray]:
-        """Return the arrays of what was measured, those of the channels last."""
-        return [*(getattr(self, name) for name in _COLUMNS), *(self.channels or ())]
+        """Return the arrays of what was measured, the monitor's inputs last."""
+        return [*(getattr(self, name) for name in _COLUMNS), *(self.inputs or ())]
 
     def select(self, chosen: Flags) -> Self:
         """Return the (n,) chosen samples."""
         columns = ("vehicle", "step", *_COLUMNS)
-        channels = None if self.channels is None else taken(self.channels, chosen)
-        return replace(self, **{name: getattr(self, name)[chosen] for name in columns}, channels=channels)
+        inputs = None if self.inputs is None else taken(self.inputs, chosen)
+        return replace(self, **{name: getattr(self, name)[chosen] for name in columns}, inputs=inputs)
 
 
 def split(logs: Sequence[ResidualLog], share: float, seed: int) -> tuple[list[ResidualLog], list[ResidualLog]]:
@@ -84,7 +88,8 @@ class Grid:
         length: (V,) steps of a vehicle.
         scale_m: (V,) see `ResidualLog`.
         residual_m, valid, speed_mps, curvature_per_m, camera_sigma_m: (T, V).
-        channels: (T, V) likewise; None where the monitor has not run.
+        inputs, figures: (T, V) and of the sensors, see `ResidualLog`.
+        channels: (T, V) what the monitor says; None where it has not run (`gpsec.detection.monitored`).
     """
 
     step_s: float
@@ -95,6 +100,8 @@ class Grid:
     speed_mps: Floats
     curvature_per_m: Floats
     camera_sigma_m: Floats
+    inputs: MonitorInputs | None = None
+    figures: FilterNoise[float] | None = None
     channels: Channels | None = None
 
     @classmethod
@@ -132,7 +139,8 @@ class Grid:
             speed_mps=np.zeros(shape),
             curvature_per_m=np.zeros(shape),
             camera_sigma_m=np.zeros(shape),
-            channels=None if any(log.channels is None for log in logs) else silent_channels(shape),
+            inputs=None if any(log.inputs is None for log in logs) else _no_inputs(shape),
+            figures=logs[0].figures,
         )
         before = 0
         for log, start in zip(logs, starts, strict=True):
@@ -143,9 +151,34 @@ class Grid:
             before += len(start)
         return grid
 
+    @classmethod
+    def joined(cls, grids: Sequence[Self]) -> Self:
+        """Return the vehicles of one or more grids of one kind, side by side."""
+        length = np.concatenate([grid.length for grid in grids])
+        order = np.argsort(-length, kind="stable")
+
+        def beside(*parts: np.ndarray) -> Any:
+            whole = np.zeros((max(map(len, parts)), len(length)), parts[0].dtype)
+            first = 0
+            for part in parts:
+                whole[: len(part), first : first + part.shape[1]] = part
+                first += part.shape[1]
+            return whole[:, order]
+
+        inputs = [grid.inputs for grid in grids if grid.inputs is not None]
+        channels = [grid.channels for grid in grids if grid.channels is not None]
+        return replace(
+            grids[0],
+            length=length[order],
+            scale_m=np.concatenate([grid.scale_m for grid in grids])[order],
+            inputs=MonitorInputs._make(map(beside, *inputs)) if len(inputs) == len(grids) else None,
+            channels=Channels._make(map(beside, *channels)) if len(channels) == len(grids) else None,
+            **{name: beside(*(getattr(grid, name) for grid in grids)) for name in _COLUMNS},
+        )
+
     def columns(self) -> list[np.ndarray]:
-        """Return the arrays of what was measured, those of the channels last."""
-        return [*(getattr(self, name) for name in _COLUMNS), *(self.channels or ())]
+        """Return the arrays of what was measured, the monitor's inputs last."""
+        return [*(getattr(self, name) for name in _COLUMNS), *(self.inputs or ())]
 
     @cached_property
     def elapsed_steps(self) -> Ints:
@@ -165,8 +198,10 @@ class Grid:
         length = self.length[chosen]
         steps = int(length.max(initial=0))
         columns = {name: getattr(self, name)[:steps, chosen] for name in _COLUMNS}
+        inputs = self.inputs and MonitorInputs._make(array[:steps, chosen] for array in self.inputs)
         channels = self.channels and Channels._make(array[:steps, chosen] for array in self.channels)
-        return replace(self, length=length, scale_m=self.scale_m[chosen], channels=channels, **columns)
+        told: dict[str, Any] = {"inputs": inputs, "channels": channels}
+        return replace(self, length=length, scale_m=self.scale_m[chosen], **told, **columns)
 
     def observe(self, step: int) -> Observation:
         """Return one step of the active vehicles; vehicle v owns row v."""
@@ -187,6 +222,10 @@ class Grid:
             step_s=self.step_s,
             unmatched=np.zeros(m, np.bool_),
         )
+
+
+def _no_inputs(shape: tuple[int, ...]) -> MonitorInputs:
+    return MonitorInputs._make(np.zeros(shape, array.dtype) for array in Table(MonitorInputs).now)
 
 
 def sessions(grid: Grid, gap_steps: int) -> list[tuple[int, Ints]]:

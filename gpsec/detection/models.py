@@ -19,6 +19,7 @@ from gpsec.core.npz import DamagedError, read_npz
 from gpsec.core.version import __version__
 from gpsec.detection.base import Detector, LabelledDetector
 from gpsec.detection.calibration import Calibrated, nearest_rates
+from gpsec.detection.gate import GATED_BY, Thresholds, gate_of
 from gpsec.detection.learned import Learned
 from gpsec.detection.registry import DETECTORS
 from gpsec.types.constants import MODELLED
@@ -26,9 +27,6 @@ from gpsec.types.constants import MODELLED
 FORMAT = 2
 _THRESHOLDS, _PROVENANCE = "thresholds.json", "provenance.json"
 _RETRAIN = "run 'gpsec train' to make it, and name its folder as detection.models"
-
-# rate -> detector -> threshold, None where there was too little data
-Thresholds = Mapping[str, Mapping[str, Calibrated | None]]
 
 
 @dataclass(frozen=True)
@@ -154,6 +152,24 @@ def thresholds_for(
             fixed = DETECTORS[name].threshold
             table[p, k] = _threshold(_of(models, profile, association), profile, rate, name) if fixed is None else fixed
     return table
+
+
+def gates_for(profiles: Sequence[str], association: str, models: Models | None = None) -> Floats:
+    """Return the (P,) gate of the monitor for each profile.
+
+    Raises:
+        GpsecError: there is no usable model for a profile, or none of the detector whose threshold it is.
+    """
+    gates = []
+    for profile in profiles:
+        gate = gate_of(_of(models, profile, association).thresholds)
+        if gate is None:
+            raise GpsecError(
+                f"model of profile '{profile}', association '{association}': no threshold of {GATED_BY}, which is the"
+                f" gate of the monitor; {_RETRAIN}"
+            )
+        gates.append(gate)
+    return np.array(gates)
 
 
 def _threshold(model: ProfileModel, profile: str, rate: str, name: str) -> float:

@@ -3,8 +3,8 @@
 It is an EKF that learns odometer scale and gyro bias (`gpsec.filters.learning`), and beside it the slow part of the
 residual, which the filter never sees: a filter that knew the camera would follow an attacker who moves slowly enough.
 What the fix and the residual say beyond that is whitened, with variances that are learnt for each vehicle, and tested
-over four time scales (`evidence`). Its own alarm, at the strictest rate, keeps spoofed fixes out of it; so one monitor
-serves all detectors, whatever their thresholds. Isolation is the response's matter.
+over four time scales (`evidence`). Its own alarm, at the strictest rate (`gate`), keeps spoofed fixes out of it; so one
+monitor serves all detectors, whatever their thresholds. Isolation is the response's matter.
 """
 
 from math import cos, exp, log, sin, sqrt
@@ -36,8 +36,6 @@ from gpsec.filters.learning import start_learning, update_learning
 from gpsec.types.tracks import SAMPLE_S, Tracks
 from gpsec.types.vehicles import Measurements, Vehicles
 
-# Above this statistic, the monitor is in alarm: 0.1 false alarms an hour.
-MONITOR_GATE = 41.0
 # Above this one, evidence that a sample contradicts is dropped; no threshold of `joint` is lower.
 _SUSPECT = 20.0
 # The statistic that one honest sample in ten is above, where all variances are as the data sheet says.
@@ -175,7 +173,7 @@ def watch(
             if tested:
                 told.tested[i] = True
                 told.joint[i], told.innovation[i] = statistic, innovation / scale
-            alarm = statistic > MONITOR_GATE
+            alarm = statistic > rules.gate[p]
             if alarm and not before:
                 state.calm[row] = 0
                 state.agreed_s[row] = 0.0
@@ -194,7 +192,7 @@ def watch(
         told.blind[i], told.fix_age_s[i] = blind, state.fix_age_s[row]
         if state.alarm[row] or not (there[ALONG_CHANNEL] or there[CAMERA_CHANNEL]):
             continue
-        if statistic < rules.learns_below * MONITOR_GATE and not blind:
+        if statistic < rules.learns_below and not blind:
             gain = 0.5 * max(SAMPLE_S, step_s, noise.gnss_period_s[p]) / _LEARNING_S
             if tested:
                 excess = _square(w[ALONG_CHANNEL]) + _square(w[ACROSS_CHANNEL]) - 2.0 * _CUT_MEAN

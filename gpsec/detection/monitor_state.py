@@ -13,19 +13,21 @@ class MonitorRules(NamedTuple):
 
     Attributes:
         step_s: length of a step.
-        noise: sensor figures of the profiles.
+        noise: sensor figures of the P profiles.
+        gate: (P,) statistic above which the monitor is in alarm, see `gpsec.detection.gate`.
         cap: how many times the data sheet's variances are believed at most.
-        learns_below: variances are learnt while the statistic is below this share of the gate.
+        learns_below: variances are learnt while the statistic is below this, whatever the gate.
     """
 
     step_s: float
     noise: FilterNoise[Floats]
+    gate: Floats
     cap: float
     learns_below: float
 
 
 # Where an attacker counts, and where maps are poor: `cap` and `learns_below`.
-PRESETS = {"R2": (2.5, 0.5), "R3": (3.0, 1.0)}
+PRESETS = {"R2": (2.5, 20.5), "R3": (3.0, 41.0)}
 
 
 class MonitorState(NamedTuple):
@@ -42,7 +44,7 @@ class MonitorState(NamedTuple):
         gnss, camera, scale: (M,) logarithm of the learnt factors of the variances of fix and camera, and of the
             statistic.
         statistic: (M,) of the last test.
-        alarm: (M,) it is above the gate.
+        alarm: (M,) it is above the gate of the track's profile.
         calm, agreed_s: (M,) samples in alarm that are small, and time in alarm in which all agrees.
         blind_s, fix_age_s: (M,) time since the camera saw a lane, and since the last fix.
         innovation: (M, 2) room for the filter's own.
@@ -83,3 +85,24 @@ class Watched(NamedTuple):
     ticks: bool
     rows: Ints
     told: Channels
+
+
+class MonitorInputs(NamedTuple):
+    """What the monitor is handed of n samples, beside what `gpsec.detection.logs.ResidualLog` has of them.
+
+    Attributes:
+        fix_east_m, fix_north_m, fix_valid: (n,) the fix, and whether there is one.
+        heading_rad, yaw_rate_rps: (n,).
+        lane: (n,) that of the last residual's camera sample.
+        sees_lane: (n,) the camera sees a lane, and the vehicle knows which.
+        unmatched: (n,) as in `Tracks`.
+    """
+
+    fix_east_m: Floats = blank(0.0)
+    fix_north_m: Floats = blank(0.0)
+    fix_valid: Flags = blank(False)
+    heading_rad: Floats = blank(0.0)
+    yaw_rate_rps: Floats = blank(0.0)
+    lane: Ints = blank(-1)
+    sees_lane: Flags = blank(False)
+    unmatched: Flags = blank(False)

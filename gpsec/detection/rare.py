@@ -4,12 +4,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gpsec.core.arrays import Floats
+from gpsec.core.arrays import Flags, Floats
 from gpsec.core.threads import Threads
 from gpsec.detection.base import Detector
 from gpsec.detection.calibration import MAX_ROUNDS, MIN_EVENTS, RATES, Calibrated, Rate, Search, replay
 from gpsec.detection.extremes import counted_interval, modelled_thresholds
+from gpsec.detection.gate import GATED_AT, GATED_BY
 from gpsec.detection.logs import Grid
+from gpsec.detection.monitored import monitored
 
 # Peaks are kept from the level on that so many vehicles an hour reach: over it the tail is fitted.
 LEVEL_PER_HOUR = 1.0
@@ -37,21 +39,25 @@ class Harvest:
     near: list[Grid] = field(default_factory=list)
 
     def take(self, grid: Grid, threads: Threads | None = None) -> None:
-        """Look at further benign vehicles; the first ones decide on the level."""
+        """Look at further benign vehicles, and keep those that reached the level."""
+        self.near.append(grid.select(self.look(grid, threads)))
+
+    def look(self, grid: Grid, threads: Threads | None = None) -> Flags:
+        """Look at (V,) further benign vehicles; return which of them reached the level, on which the first decide."""
         opened = replay(self.detector, grid, np.inf, self.settle_s, threads)
         if not self.peaks:
             reached = min(max(round(LEVEL_PER_HOUR * opened.hours), 1), len(opened.settled_peak))
             self.level = float(np.sort(opened.settled_peak)[-reached])
         self.hours += opened.hours
         self.peaks.append(opened.settled_peak)
-        self.near.append(grid.select(opened.peak > self.level))
+        return opened.peak > self.level
 
     def calibrated(self, threads: Threads | None = None) -> dict[str, Calibrated | None]:
         """Return the threshold of each of `RARE`: counted where that can be, else from a model of extreme values."""
+        self.near = [Grid.joined(self.near)]
         peaks = np.concatenate(self.peaks)
         found: dict[str, Calibrated | None] = {
-            name: None if rate.model else self._counted(rate, np.unique(peaks[peaks > self.level]), threads)
-            for name, rate in RARE.items()
+            name: None if rate.model else self._counted(rate, threads) for name, rate in RARE.items()
         }
         names = [name for name, rate in RARE.items() if rate.model]
         modelled = modelled_thresholds(peaks, self.hours, self.level, [RARE[name].value for name in names])
@@ -59,8 +65,10 @@ class Harvest:
             found[name] = Calibrated(one.threshold, RARE[name].value, one.lo, one.hi, model=True)
         return found
 
-    def _counted(self, rate: Rate, values: Floats, threads: Threads | None) -> Calibrated | None:
+    def _counted(self, rate: Rate, threads: Threads | None = None) -> Calibrated | None:
         """Search for a threshold as `thresholds_by_rate` does, among the vehicles that were kept."""
+        peaks = np.concatenate(self.peaks)
+        values = np.unique(peaks[peaks > self.level])
         wanted = rate.value * self.hours
         if wanted < MIN_EVENTS or not len(values):
             return None
@@ -72,8 +80,14 @@ class Harvest:
         best = search.best
         if best is None:
             return None
-        bounds = counted_interval(round(best.achieved * self.hours), self.hours)
-        return Calibrated(best.threshold, best.achieved, *bounds)
+        return self._bounded(best.threshold, round(best.achieved * self.hours))
+
+    def at(self, threshold: float, threads: Threads | None = None) -> Calibrated:
+        """Return a threshold that is known, with the rate that it has."""
+        return self._bounded(threshold, self._onsets(threshold, threads))
+
+    def _bounded(self, threshold: float, onsets: int) -> Calibrated:
+        return Calibrated(threshold, onsets / self.hours, *counted_interval(onsets, self.hours))
 
     def _onsets(self, threshold: float, threads: Threads | None) -> int:
         """Return the alarms that begin in the closed loop."""
@@ -82,3 +96,44 @@ class Harvest:
             for grid in self.near
             if len(grid.length)
         )
+
+
+@dataclass
+class GatedHarvest:
+    """The harvests of detectors that read the monitor, whose gate is known only in the end.
+
+    Attributes:
+        harvests: of each of them; what they keep is empty before the end.
+        near: vehicles that reached the level of one of them behind an open gate, with what the monitor is handed.
+    """
+
+    harvests: list[Harvest]
+    near: list[Grid] = field(default_factory=list)
+
+    def take(self, grid: Grid, threads: Threads | None = None) -> None:
+        """Look at further benign vehicles."""
+        opened = monitored(grid, np.inf, threads)
+        reached = np.logical_or.reduce([harvest.look(opened, threads) for harvest in self.harvests])
+        self.near.append(grid.select(reached))
+
+    def calibrated(self, gate: float, threads: Threads | None = None) -> dict[str, dict[str, Calibrated | None]]:
+        """Return the thresholds of each detector, as `Harvest.calibrated` does.
+
+        The gate becomes the threshold of `joint` at 0.1/h; where these hours do not tell it, it stays `gate`.
+        """
+        near = Grid.joined(self.near)
+        by_name = {harvest.detector.name: harvest for harvest in self.harvests}
+        first = by_name[GATED_BY]
+        wanted = RARE[GATED_AT].value * first.hours
+        told = wanted >= MIN_EVENTS
+        gate = float(np.sort(np.concatenate(first.peaks))[-1 - round(wanted)]) if told else gate
+        gated = monitored(near, gate, threads)
+        thresholds = {}
+        for name, harvest in by_name.items():
+            # Vehicles that are not near are below all levels, and so below the gate: it changes nothing for them.
+            harvest.near = [gated]
+            harvest.peaks = [replay(harvest.detector, gated, np.inf, harvest.settle_s, threads).settled_peak]
+            thresholds[name] = harvest.calibrated(threads)
+        if told:
+            thresholds[GATED_BY][GATED_AT] = first.at(gate, threads)
+        return thresholds

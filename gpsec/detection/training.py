@@ -3,13 +3,15 @@
 from collections.abc import Sequence
 from dataclasses import fields, is_dataclass
 from importlib.metadata import version
+from math import inf
 from typing import Any
 
 from gpsec.core.threads import Threads
 from gpsec.detection.base import Detector
 from gpsec.detection.calibration import RATES, Calibrated, thresholds_by_rate
+from gpsec.detection.gate import GATED_BY, at_gate, with_gate
 from gpsec.detection.learned import Learned, OnStage, silent
-from gpsec.detection.logs import ResidualLog
+from gpsec.detection.logs import Grid, ResidualLog
 from gpsec.detection.models import ProfileModel
 from gpsec.detection.registry import DETECTORS
 
@@ -28,7 +30,8 @@ def train_one(
 ) -> ProfileModel:
     """Train on the one, calibrate on the other set of logs, both of one profile and matching.
 
-    `detectors` are those that are trained and calibrated, each behind the one whose arrays it is built of.
+    `detectors` are those that are trained and calibrated, each behind the one whose arrays it is built of. Those that
+    read the monitor are calibrated behind the gate that the same benign runs give it, for which `joint` is among them.
 
     Raises:
         GpsecError: there are too few vehicles, or the logs do not belong together.
@@ -36,6 +39,10 @@ def train_one(
     learned: dict[str, Learned] = {}
     thresholds: dict[str, dict[str, Calibrated | None]] = {rate: {} for rate in RATES}
     settings: dict[str, Any] = {}
+    grid, gate = Grid.of(calibration), inf
+    if any(DETECTORS[name].reads_monitor for name in detectors):
+        progress("gate of the monitor", 0, 1)
+        grid, gate = with_gate(grid, settle_s, threads)
     for name in detectors:
         entry = DETECTORS[name]
         arrays: list[Learned] = []
@@ -48,8 +55,11 @@ def train_one(
         if not isinstance(detector, Detector) or entry.threshold is not None:
             continue
         settings[name] = _settings(detector)
-        for rate, found in thresholds_by_rate(detector, calibration, settle_s, progress, threads).items():
-            thresholds[rate][name] = found
+        found = thresholds_by_rate(detector, grid, settle_s, progress, threads)
+        if name == GATED_BY:
+            found = at_gate(found, grid, gate, settle_s, threads)
+        for rate, one in found.items():
+            thresholds[rate][name] = one
     provenance = {
         "seed": seed,
         "settle_s": settle_s,
@@ -62,13 +72,18 @@ def train_one(
 
 
 def related(names: Sequence[str]) -> tuple[str, ...]:
-    """Return detectors with all that share arrays with them, in the order in which they are trained.
+    """Return detectors with all that share arrays or the monitor's gate with them, in the order of their training.
 
     Raises:
         GpsecError: there is no detector of such a name.
     """
     sources = {DETECTORS[name].learns_from or name for name in names}
-    return tuple(name for name, entry in DETECTORS.items() if (entry.learns_from or name) in sources)
+    gated = any(DETECTORS[name].reads_monitor for name in names)
+    return tuple(
+        name
+        for name, entry in DETECTORS.items()
+        if (entry.learns_from or name) in sources or (gated and entry.reads_monitor)
+    )
 
 
 def merged(former: ProfileModel | None, latter: ProfileModel) -> ProfileModel:

@@ -10,9 +10,9 @@ from gpsec.association.associating import Associating
 from gpsec.attacks.schedule import Plan, build_plans
 from gpsec.attacks.vehicle_plans import plans_from_vehicles
 from gpsec.attacks.zones import plans_from_zones, zone_keys
-from gpsec.detection.base import Detection, Detector, LabelledDetector
+from gpsec.detection.base import Detection, Detector
 from gpsec.detection.calibration import RATES
-from gpsec.detection.models import build_detectors, load_models, thresholds_for
+from gpsec.detection.models import build_detectors, gates_for, load_models, thresholds_for
 from gpsec.detection.monitor_state import PRESETS, MonitorRules
 from gpsec.detection.pairing import Sampling
 from gpsec.detection.registry import DETECTORS
@@ -107,6 +107,10 @@ def make_detection(scenario: Scenario, ground: Ground) -> Detection:
     models = None if scenario.detection.models is None else load_models(Path(scenario.detection.models))
     built = dict(zip(names, build_detectors(names, profiles, association, models), strict=True))
     detectors = tuple(built[name] for name, _ in points)
+    monitor = None
+    if any(isinstance(detector, Detector) and detector.reads_monitor for detector in detectors):
+        world, gates = ground.world, gates_for(profiles, association, models)
+        monitor = MonitorRules(world.step_s, world.noise, gates, *PRESETS[scenario.detection.monitor])
     return Detection(
         names=tuple(point_name(*point) for point in points),
         rates=tuple(rate if DETECTORS[name].threshold is None else "" for name, rate in points),
@@ -118,17 +122,8 @@ def make_detection(scenario: Scenario, ground: Ground) -> Detection:
         thresholds=thresholds_for(points, profiles, association, models),
         scale_m=np.array([residual_sigma_m(PROFILES[name]) for name in profiles]),
         sampling=sampling_of([PROFILES[name] for name in profiles], ground.options.step_s),
-        monitor=monitor_for(detectors, ground.world, scenario.detection.monitor),
+        monitor=monitor,
     )
-
-
-def monitor_for(
-    detectors: Sequence[Detector | LabelledDetector], world: World, preset: str = "R2"
-) -> MonitorRules | None:
-    """Return what the monitor knows, None where none of the detectors reads it."""
-    if not any(isinstance(detector, Detector) and detector.reads_monitor for detector in detectors):
-        return None
-    return MonitorRules(world.step_s, world.noise, *PRESETS[preset])
 
 
 def sampling_of(profiles: Sequence[SensorProfile], step_s: float) -> Sampling:

@@ -213,7 +213,8 @@ class ReferenceMethod:
         monitor = None
         if (rules := detection.monitor) is not None:
             noise = noise_of(rules.noise, profile)
-            monitor = TrackMonitor(MonitorSettings(noise, rules.step_s, rules.cap, rules.learns_below))
+            settings = MonitorSettings(noise, rules.step_s, float(rules.gate[profile]), rules.cap, rules.learns_below)
+            monitor = TrackMonitor(settings)
         return ReferenceTrack(lanes, pairing, monitor, detectors, self._new_localization(profile))
 
     def _new_localization(self, profile: int) -> TrackLocalization:

@@ -16,7 +16,7 @@ from gpsec.types.tracks import SAMPLE_S
 _DECAYS = (0.0, 0.6, 0.85, 0.95)
 # Older samples weigh less than 1e-13.
 _SAMPLES = 600
-_GATE, _SUSPECT, _TENTH = 41.0, 20.0, 8.6
+_SUSPECT, _TENTH = 20.0, 8.6
 _CUT, _CUT_MEAN = 6.0, 0.9384
 
 
@@ -26,6 +26,7 @@ class MonitorSettings:
 
     noise: FilterNoise[float]
     step_s: float
+    gate: float
     cap: float
     learns_below: float
 
@@ -196,7 +197,7 @@ class TrackMonitor:
         joint, pair = self._test(samples, blind)
         before, scale = self.alarm, exp(self._scale)
         self._statistic = joint / scale
-        self.alarm = self._statistic > _GATE
+        self.alarm = self._statistic > self._is.gate
         if self.alarm and not before:
             self._calm, self._agreed_s = 0, 0.0
         distance = float(innovation @ innovation)
@@ -237,7 +238,7 @@ class TrackMonitor:
 
     def _learn(self, samples: list[float | None], share: float, blind: bool) -> None:
         """Learn how noisy fixes and camera are, and how large the statistic is."""
-        if blind or self._statistic >= self._is.learns_below * _GATE:
+        if blind or self._statistic >= self._is.learns_below:
             return
         low, high = log(0.7), log(self._is.cap)
         gain = self._is.sample_s / 20.0 / 2.0

@@ -4,17 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from gpsec.core.tables import Table, taken
-from gpsec.core.threads import Threads
-from gpsec.detection.channels import Channels, silent_channels
+from gpsec.core.arrays import Flags, Floats
 from gpsec.detection.logs import Grid, ResidualLog
-from gpsec.detection.monitor import Monitor
-from gpsec.detection.monitor_state import PRESETS, MonitorRules
-from gpsec.detection.pairing import Pending
-from gpsec.filters.noise import FilterNoise, noise_table
-from gpsec.types.tracks import Tracks
-from gpsec.types.vehicles import Measurements, Vehicles
+from gpsec.detection.monitor_state import MonitorInputs
+from gpsec.detection.monitored import monitored
+from gpsec.filters.noise import FilterNoise
 
+_GATE = 41.0
 # GNSS like the residuals of `gpsec.testing.residuals`; hardly any error of all else.
 _FIGURES = FilterNoise(
     gnss_white_m=0.15,
@@ -40,34 +36,20 @@ _FIGURES = FilterNoise(
 
 def watched(grid: Grid) -> Grid:
     """Return residuals with what the monitor says of them."""
-    return replace(grid, channels=_channels_of(grid))
+    inputs = _inputs_of(grid.residual_m, grid.valid, grid.speed_mps * grid.step_s)
+    return replace(monitored(replace(grid, inputs=inputs, figures=_FIGURES), _GATE), inputs=None)
 
 
 def watched_log(log: ResidualLog) -> ResidualLog:
-    """Return a log of vehicles of one length with what the monitor says."""
-    channels = _channels_of(Grid.of([log]))
-    flat = Channels._make(array.T.reshape(-1) for array in channels)
-    return replace(log, channels=taken(flat, np.arange(len(log.vehicle), dtype=np.int32)))
+    """Return a log of vehicles of one length with what the monitor is handed."""
+    grid = Grid.of([log])
+    inputs = _inputs_of(grid.residual_m, grid.valid, grid.speed_mps * grid.step_s)
+    flat = MonitorInputs._make(array.T.reshape(-1) for array in inputs)
+    return replace(log, inputs=flat, figures=_FIGURES)
 
 
-def _channels_of(grid: Grid) -> Channels:
-    """Return the (T, n) channels of residuals; there is a fix wherever there is a residual."""
-    steps, vehicles = grid.valid.shape
-    monitor = Monitor(MonitorRules(grid.step_s, noise_table([_FIGURES]), *PRESETS["R2"]), looks_back=True)
-    for table in monitor.tables:
-        table.grow(vehicles)
-    tracks, pending = Table(Tracks, vehicles).now, Table(Pending, vehicles).now
-    seen, truth = Table(Measurements, vehicles).now, Table(Vehicles, vehicles).now
-    tracks.vehicle[:], tracks.lane_known[:] = np.arange(vehicles), True
-    channels, threads = silent_channels((steps, vehicles)), Threads(1)
-    for t in range(steps):
-        rows = np.arange(grid.active(t), dtype=np.int32)
-        tracks.residual_m[:], tracks.residual_valid[:] = grid.residual_m[t], grid.valid[t]
-        seen.camera_valid[:] = tracks.fix_valid[:] = grid.valid[t]
-        tracks.fix_m[:, 1] = -grid.residual_m[t]
-        seen.speed_mps[:], pending.sigma_m[:] = grid.speed_mps[t], grid.camera_sigma_m[t]
-        told = monitor.update(t, pending, rows, tracks, truth, seen, threads)
-        for whole, part in zip(channels, told, strict=True):
-            whole[t, : len(rows)] = part
-        tracks.fix_m[:, 0] += grid.speed_mps[t] * grid.step_s
-    return channels
+def _inputs_of(residual_m: Floats, valid: Flags, way_m: Floats) -> MonitorInputs:
+    """Return the (T, n) inputs; there is a fix wherever there is a residual."""
+    nothing, lane = np.zeros(valid.shape), np.zeros(valid.shape, np.int32)
+    east_m = np.cumsum(way_m, axis=0) - way_m
+    return MonitorInputs(east_m, -residual_m, valid, nothing, nothing, lane, valid, np.zeros(valid.shape, np.bool_))

@@ -9,10 +9,8 @@ from gpsec.core.arrays import Ints
 from gpsec.core.stopwatch import Stopwatch
 from gpsec.core.tables import Table, concatenated, taken
 from gpsec.core.threads import Threads
-from gpsec.detection.channels import Channels
 from gpsec.detection.logs import ResidualLog
-from gpsec.detection.monitor import Monitor
-from gpsec.detection.monitor_state import PRESETS, MonitorRules
+from gpsec.detection.monitor_state import MonitorInputs
 from gpsec.detection.pairing import Pending
 from gpsec.detection.residual import Residuals
 from gpsec.filters.noise import noise_table
@@ -62,9 +60,9 @@ class _ResidualOnly:
         view = MapView(hd_map.lanes, hd_map.index, self._association.mode, layer)
         self._residuals = Residuals(view, sampling_of([profile], step_s))
         self._pending = Table(Pending)
-        self._monitor = Monitor(MonitorRules(step_s, noise, *PRESETS["R2"]), looks_back=True) if watched else None
+        self._watched = watched
         self.parts: list[tuple[np.ndarray, ...]] = []
-        self.channels: list[Channels] = []
+        self.inputs: list[MonitorInputs] = []
         self._life: dict[int, int] = {}
         self._lives = 0
 
@@ -78,17 +76,11 @@ class _ResidualOnly:
         self._answers.grow(capacity)
         self._lanes.grow(capacity)
         self._pending.grow(capacity)
-        if self._monitor is not None:
-            for table in self._monitor.tables:
-                table.grow(capacity)
 
     def reset(self, rows: Ints) -> None:
         """Let `rows` stand for new vehicles."""
         self._lanes.reset(rows)
         self._pending.reset(rows)
-        if self._monitor is not None:
-            for table in self._monitor.tables:
-                table.reset(rows)
         for row in rows.tolist():
             self._life[row] = self._lives
             self._lives += 1
@@ -109,10 +101,20 @@ class _ResidualOnly:
         """Form the residuals and keep what a detector would be given."""
         self._association.update(self._lanes.now, rows, tracks, vehicles, seen, threads)
         self._residuals.update(number, self._pending.now, rows, tracks, vehicles, seen, threads)
-        if self._monitor is not None:
-            told = self._monitor.update(number, self._pending.now, rows, tracks, vehicles, seen, threads)
-            self.channels.append(taken(told, np.arange(len(rows), dtype=np.int32)))
         vehicle = tracks.vehicle[rows]
+        if self._watched:
+            fix_m = tracks.fix_m[rows]
+            handed = MonitorInputs(
+                fix_east_m=fix_m[:, 0],
+                fix_north_m=fix_m[:, 1],
+                fix_valid=tracks.fix_valid[rows],
+                heading_rad=seen.heading_rad[vehicle],
+                yaw_rate_rps=seen.yaw_rate_rps[vehicle],
+                lane=self._pending.now.lane[rows],
+                sees_lane=seen.camera_valid[vehicle] & tracks.lane_known[rows],
+                unmatched=tracks.unmatched[rows],
+            )
+            self.inputs.append(handed)
         self.parts.append(
             (
                 np.array([self._life[row] for row in rows.tolist()], np.int32),
@@ -137,7 +139,7 @@ def residual_log(
 ) -> ResidualLog:
     """Return the residuals that vehicles of one profile would have seen in recorded traffic, without an attack.
 
-    If they are `watched`, what the monitor says is in the log, too.
+    If they are `watched`, what the monitor is handed is in the log, too.
     """
     source = RecordedTraffic(recording)
     hd_map = load_map(net_file, (profile.map_spacing_m,))
@@ -170,5 +172,6 @@ def residual_log(
         speed_mps=speed,
         curvature_per_m=curvature,
         camera_sigma_m=sigma,
-        channels=taken(concatenated(method.channels), order) if method.channels else None,
+        inputs=taken(concatenated(method.inputs), order) if method.inputs else None,
+        figures=filter_noise(profile, source.step_s) if watched else None,
     )

@@ -14,10 +14,11 @@ from gpsec.core.processes import check_may_start
 from gpsec.core.threads import cores
 from gpsec.detection.base import Detector
 from gpsec.detection.calibration import Calibrated
+from gpsec.detection.gate import gate_of
 from gpsec.detection.learned import Learned
 from gpsec.detection.logs import Grid
-from gpsec.detection.models import Models, ProfileModel, build_detectors, load_models, save
-from gpsec.detection.rare import RARE, Harvest
+from gpsec.detection.models import Models, ProfileModel, build_detectors, gates_for, load_models, save
+from gpsec.detection.rare import RARE, GatedHarvest, Harvest
 from gpsec.detection.registry import DETECTORS
 from gpsec.detection.training import SETTLE_S
 from gpsec.scenario.outside import load_parts
@@ -128,17 +129,19 @@ def with_rare(model: ProfileModel, found: Mapping[str, Mapping[str, Calibrated |
         rate: {**model.thresholds.get(rate, {}), **{name: by_rate[rate] for name, by_rate in found.items()}}
         for rate in RARE
     }
+    model = replace(model, thresholds={**model.thresholds, **rates})
     rare = {name: {"hours": hours, "of": digest_of(model, name)} for name in found}
-    provenance = {**model.provenance, "rare": {**model.provenance.get("rare", {}), **rare}}
-    return replace(model, thresholds={**model.thresholds, **rates}, provenance=provenance)
+    return replace(model, provenance={**model.provenance, "rare": {**model.provenance.get("rare", {}), **rare}})
 
 
 def digest_of(model: ProfileModel, detector: str) -> str:
-    """Return what changes with what a detector has learned, and with its parameters."""
+    """Return what changes with what a detector has learned, with its parameters and with the gate that it is behind."""
     learned: Learned = model.learned.get(DETECTORS[detector].learns_from or detector, {})
     told = hashlib.sha256(json.dumps(model.provenance.get("detectors", {}).get(detector), sort_keys=True).encode())
     for key in sorted(learned):
         told.update(key.encode() + learned[key].tobytes())
+    if DETECTORS[detector].reads_monitor:
+        told.update(repr(gate_of(model.thresholds)).encode())
     return told.hexdigest()
 
 
@@ -149,8 +152,11 @@ def rare_job(job: RareJob) -> dict[str, dict[str, Calibrated | None]]:
     own = {(job.profile, job.association): job.model}
     built = build_detectors(job.detectors, [job.profile], job.association, own)
     kept = [Harvest(detector, SETTLE_S) for detector in built if isinstance(detector, Detector)]
-    watched = any(harvest.detector.reads_monitor for harvest in kept)
+    plain = [harvest for harvest in kept if not harvest.detector.reads_monitor]
+    gated = GatedHarvest([harvest for harvest in kept if harvest.detector.reads_monitor])
     runs = [(network, seed) for seed in job.seeds for network in job.nets]
+    watched = bool(gated.harvests)
+    gate = float(gates_for([job.profile], job.association, own)[0]) if watched else 0.0
     time = 0
     while kept and kept[0].hours < job.hours:
         time += 1
@@ -160,12 +166,17 @@ def rare_job(job: RareJob) -> dict[str, dict[str, Calibrated | None]]:
             noise = seed + time * NEW_NOISE
             log = residual_log(recording, job.nets[network], network, profile, job.association, noise, watched)
             grid = Grid.of([log])
-            for harvest in kept:
+            for harvest in plain:
                 harvest.take(grid)
+            if watched:
+                gated.take(grid)
     found = {}
-    for harvest in kept:
+    for harvest in plain:
         tell_progress(job.name, f"thresholds of {harvest.detector.name}", *_part(harvest, job))
         found[harvest.detector.name] = harvest.calibrated()
+    if watched:
+        tell_progress(job.name, "thresholds of the monitor's detectors", *_part(gated.harvests[0], job))
+        found |= gated.calibrated(gate)
     return found
 
 
@@ -186,11 +197,11 @@ def _work(
     for (profile, association), model in sorted(models.items()):
         if profiles and profile not in profiles:
             continue
-        names = tuple(
-            name
-            for name in model.thresholds.get("1/h", {})
-            if (not detectors or name in detectors) and not _done(model, name, hours)
-        )
+        known = tuple(model.thresholds.get("1/h", {}))
+        left = {name for name in known if (not detectors or name in detectors) and not _done(model, name, hours)}
+        gated = any(DETECTORS[name].reads_monitor for name in left)
+        # The gate is found anew, and all that are behind it with it.
+        names = tuple(name for name in known if name in left or (gated and DETECTORS[name].reads_monitor))
         if names:
             first = (1 + CALIBRATION_RUNS) * int(model.provenance.get("seed", 1))
             seeds = tuple(range(first + 1, first + 1 + CALIBRATION_RUNS))

@@ -182,7 +182,7 @@ def train_job(job: Job) -> ProfileModel:
     profile = PROFILES[job.profile]
     watched = any(DETECTORS[name].reads_monitor for name in job.detectors)
 
-    def logs(*seeds: int) -> list[ResidualLog]:
+    def logs(*seeds: int, watched: bool = False) -> list[ResidualLog]:
         runs = [(network, seed) for seed in seeds for network in job.nets]
         collected = []
         for done, (network, seed) in enumerate(runs):
@@ -195,5 +195,5 @@ def train_job(job: Job) -> ProfileModel:
     def progress(stage: str, done: int, total: int) -> None:
         tell_progress(job.name, stage, done, total)
 
-    training, calibration = logs(job.training_seed), logs(*job.calibration_seeds)
+    training, calibration = logs(job.training_seed), logs(*job.calibration_seeds, watched=watched)
     return train_one(training, calibration, job.seed, SETTLE_S, progress, detectors=job.detectors)

@@ -17,7 +17,7 @@ def white_log(seed, vehicles=60, steps=900):
 
 def test_threshold_of_a_normal_deviate():
     # One squared normal deviate is over 10.828 in 0.1 % of all cases.
-    found = thresholds_by_rate(ChiSquare(window=1), [white_log(1)], settle_s=0.0)["1e-3/sample"]
+    found = thresholds_by_rate(ChiSquare(window=1), Grid.of([white_log(1)]), settle_s=0.0)["1e-3/sample"]
     assert found is not None
     # 54 samples are expected over it; their number has a standard deviation of 7.3, which moves it by 0.3.
     assert found.threshold == pytest.approx(10.828, abs=1.2)
@@ -35,7 +35,7 @@ def test_rate_on_other_data_is_the_one_asked_for(name, model):
     }[name]()
     # Short correlation, so that there are many independent samples in little data.
     logs = [make_log(100, 700, seed=seed, tau_s=3.0, chord_m=0.0, gaps=False) for seed in (31, 32)]
-    found = thresholds_by_rate(detector, logs[:1])["1e-3/sample"]
+    found = thresholds_by_rate(detector, Grid.of(logs[:1]))["1e-3/sample"]
     assert found is not None
     assert found.achieved == pytest.approx(1e-3, rel=0.25)
     held_out = replay(detector, Grid.of(logs[1:]), found.threshold, settle_s=10.0)
@@ -46,7 +46,7 @@ def test_rate_on_other_data_is_the_one_asked_for(name, model):
 
 
 def test_too_little_data_is_not_extrapolated():
-    found = thresholds_by_rate(ChiSquare(window=1), [white_log(1)], settle_s=0.0)
+    found = thresholds_by_rate(ChiSquare(window=1), Grid.of([white_log(1)]), settle_s=0.0)
     # 54,000 samples and 1.5 vehicle-hours: 5.4 alarmed samples at 1e-4, 1.5 alarms at 1/h.
     assert MIN_EVENTS > 5.4
     assert [name for name, value in found.items() if value is None] == [
@@ -61,7 +61,7 @@ def test_too_little_data_is_not_extrapolated():
 def test_alarms_per_hour():
     detector = ChiSquare(window=1)
     log = white_log(2, vehicles=400, steps=960)  # 10.7 vehicle-hours
-    found = thresholds_by_rate(detector, [log], settle_s=0.0)["1/h"]
+    found = thresholds_by_rate(detector, Grid.of([log]), settle_s=0.0)["1/h"]
     assert found is not None
     statistic = (log.residual_m / 0.3) ** 2
     over = (statistic > found.threshold).reshape(400, 960)

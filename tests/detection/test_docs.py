@@ -12,12 +12,12 @@ from gpsec.detection.chi_square import ChiSquare
 from gpsec.detection.cusum import Cusum
 from gpsec.detection.evidence import FORGETTING
 from gpsec.detection.forecast import CLIP, DELAY
+from gpsec.detection.gate import GATED_AT
 from gpsec.detection.isolation_forest import WINDOW
 from gpsec.detection.lstm import Lstm
 from gpsec.detection.lstm_cell import HIDDEN
 from gpsec.detection.lstm_cusum import LstmCusum
 from gpsec.detection.lstm_glr import DECAYS, LstmGlr
-from gpsec.detection.monitor import MONITOR_GATE
 from gpsec.detection.monitor_state import PRESETS
 from gpsec.detection.registry import DETECTORS
 from gpsec.scenario import parts
@@ -43,7 +43,7 @@ def test_parameters_in_the_docs_are_those_of_the_code():
         f" distrust {lstm.distrust}, plausible {lstm.plausible:g}, enough {lstm.enough:g}",
         f"slack = {sums.slack:g}, reach {sums.reach:g}, clip {sums.clip:g}, margin {sums.margin:g}",
         f"| `joint` | T of innovations and camera together, likewise | λ = {', '.join(f'{d:g}' for d in FORGETTING)} |",
-        f"(T/q > {MONITOR_GATE:g})",
+        f"threshold of `joint` at {GATED_AT}",
         *(f"a cap of {cap:g}" if name == "R2" else f'`"{name}"` has {cap:g}' for name, (cap, _) in PRESETS.items()),
         f"at most {HOLD_S:g} s",
         f"more than {GAP_S:g} s",

@@ -6,7 +6,7 @@ import pytest
 from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
 from gpsec.detection.evidence import is_contradicted, weigh
-from gpsec.detection.monitor import MONITOR_GATE, Monitor
+from gpsec.detection.monitor import Monitor
 from gpsec.detection.monitor_state import PRESETS, MonitorRules
 from gpsec.detection.pairing import Pending
 from gpsec.filters.noise import noise_table
@@ -15,14 +15,14 @@ from gpsec.testing.rig import RIG_FIGURES, rig_figures
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Measurements, Vehicles
 
-ONE = np.zeros(1, np.int32)
+ONE, GATE = np.zeros(1, np.int32), 41.0
 
 
 class Ride:
     """One vehicle and its monitor."""
 
     def __init__(self, figures=RIG_FIGURES, preset="R2", speed_mps=10.0) -> None:
-        self.monitor = Monitor(MonitorRules(STEP_S, noise_table([figures]), *PRESETS[preset]))
+        self.monitor = Monitor(MonitorRules(STEP_S, noise_table([figures]), np.array([GATE]), *PRESETS[preset]))
         self.tracks, self.truth, self.seen, self.pending = (
             Table(kind).now for kind in (Tracks, Vehicles, Measurements, Pending)
         )
@@ -81,7 +81,7 @@ def test_samples_that_stand_alone_leave_the_longer_scales():
 def test_a_jump_is_seen_at_once_kept_out_and_over_with_the_first_honest_fix(off_m):
     ride = Ride()
     assert max(ride.steps(100)) < 1.0
-    assert min(ride.steps(100, off_m=off_m)) > MONITOR_GATE
+    assert min(ride.steps(100, off_m=off_m)) > GATE
     assert np.abs(ride.error_m).max() < 0.05
     # The filter has coasted for 10 s, so that the first honest fix is not quite where it is expected.
     assert max(ride.steps(50)) < 9.0
@@ -92,7 +92,7 @@ def test_the_camera_alone_raises_the_joint_statistic_and_not_that_of_the_innovat
     ride = Ride()
     ride.steps(100)
     told = ride.step(residual_m=1.5)
-    assert told.joint[0] > MONITOR_GATE
+    assert told.joint[0] > GATE
     assert told.innovation[0] < 1.0
     assert (told.along[0], told.across[0]) == pytest.approx((0.0, 0.0), abs=1e-6)
 
@@ -103,7 +103,7 @@ def test_a_lane_that_the_map_has_not_raises_an_alarm_and_ends_it():
     # Each counts for three deviations: four of them, at λ = 0.95, are (3 · 3.7099)² / 3.4517 = 35.9.
     told = ride.steps(6, matched=False)
     assert told[3] == pytest.approx(35.9, rel=0.05)
-    assert told[5] > MONITOR_GATE
+    assert told[5] > GATE
     assert ride.step(matched=False).innovation[0] < 1.0
     assert max(ride.steps(5)) < 9.0
 
@@ -165,16 +165,16 @@ def test_what_was_absorbed_is_given_back_when_the_camera_and_fixes_agree_again()
     # The vehicle itself slips by 0.9 m, as on ice: fixes and camera agree, odometer and gyro do not.
     ride.place_m[1] += 0.9
     told = ride.steps(1, residual_m=0.0)
-    assert told[0] > MONITOR_GATE
+    assert told[0] > GATE
     later = ride.steps(30, residual_m=0.0)
-    assert max(later[:8]) > MONITOR_GATE
+    assert max(later[:8]) > GATE
     assert max(later[12:]) < 9.0
     assert abs(ride.error_m[1]) < 0.2
 
 
 def test_statistics_are_not_of_fixes_that_come_faster_than_detectors_look():
     ride = Ride()
-    fast = Monitor(MonitorRules(0.025, noise_table([RIG_FIGURES]), *PRESETS["R2"]))
+    fast = Monitor(MonitorRules(0.025, noise_table([RIG_FIGURES]), np.array([GATE]), *PRESETS["R2"]))
     tested = [
         bool(fast.update(n, ride.pending, ONE, _fixed(ride), ride.truth, ride.seen, Threads(1)).tested[0])
         for n in range(41)

@@ -22,6 +22,7 @@ from gpsec.detection.lstm import Lstm
 from gpsec.detection.lstm_cell import HIDDEN, INPUTS, OUTPUTS
 from gpsec.detection.lstm_cusum import LstmCusum
 from gpsec.detection.lstm_glr import LstmGlr
+from gpsec.detection.monitor_state import PRESETS, MonitorRules
 from gpsec.detection.separation import Separation
 from gpsec.localization.rejoin import SwitchSettings
 from gpsec.localization.responses import (
@@ -36,7 +37,7 @@ from gpsec.localization.responses import (
 )
 from gpsec.localization.switch import Localization
 from gpsec.localization.world import World
-from gpsec.pipeline.build import Ground, lay_ground, monitor_for, sampling_of
+from gpsec.pipeline.build import Ground, lay_ground, sampling_of
 from gpsec.pipeline.loop import Loop, LoopSettings
 from gpsec.scenario import load_scenario
 from gpsec.sensors.profiles import residual_sigma_m
@@ -142,6 +143,7 @@ def detection_for(world: World, profiles: Sequence[str]) -> Detection:
         Never(),
         Told(),
     )
+    gates = np.array([35.0, 41.0, 50.0])[: len(profiles)]
     return Detection(
         names=tuple(detector.name for detector in detectors),
         rates=tuple("" if detector.name in ("never", "told") else "0.1/h" for detector in detectors),
@@ -150,7 +152,7 @@ def detection_for(world: World, profiles: Sequence[str]) -> Detection:
         thresholds=np.tile([4.0, 6.0, 0.62, 4.0, 4.0, 6.0, 20.0, 24.0, 30.0, 0.5, 0.5], (len(profiles), 1)),
         scale_m=np.array([residual_sigma_m(PROFILES[name]) for name in profiles]),
         sampling=sampling_of([PROFILES[name] for name in profiles], world.step_s),
-        monitor=monitor_for(detectors, world),
+        monitor=MonitorRules(world.step_s, world.noise, gates, *PRESETS["R2"]),
     )
 
 

@@ -55,6 +55,20 @@ def test_what_is_done_is_not_done_again_until_something_else_was_learned(model):
     assert not _done(replace(done, learned=other), "cusum", 1000.0)
 
 
+def test_what_is_behind_a_gate_is_done_anew_with_another_gate(model):
+    rates = {
+        rate: {**found, "joint": Calibrated(40.0, 0.1), "innovation": Calibrated(20.0, 0.1)}
+        for rate, found in model.thresholds.items()
+    }
+    model = replace(model, thresholds=rates)
+    moved = {"joint": {"0.1/h": Calibrated(45.0, 0.1)}, "innovation": {"0.1/h": Calibrated(21.0, 0.1)}}
+    done = with_rare(model, {**FOUND, **{name: {**FOUND["cusum"], **one} for name, one in moved.items()}}, 1000.0)
+    assert all(_done(done, name, 1000.0) for name in ("cusum", "joint", "innovation"))
+    other = {**done.thresholds["0.1/h"], "joint": Calibrated(46.0, 0.1)}
+    trained = replace(done, thresholds={**done.thresholds, "0.1/h": other})
+    assert [_done(trained, name, 1000.0) for name in ("cusum", "joint", "innovation")] == [True, False, False]
+
+
 def test_training_another_detector_keeps_them_and_the_same_one_does_not(model):
     done = with_rare(model, FOUND, 1000.0)
     latter = {"1/h": {"chi_square": Calibrated(3.0, 1.0)}, "0.01/h": {"chi_square": None}}

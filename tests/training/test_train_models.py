@@ -42,6 +42,8 @@ def test_detectors_that_share_arrays_are_trained_together():
     assert related(["cusum"]) == ("cusum",)
     assert related(["lstm"]) == ("lstm",)
     assert related(["lstm_cusum"]) == related(["lstm_glr"]) == ("lstm_glr", "lstm_cusum")
+    # They share the monitor's gate, which is the threshold of one of them.
+    assert related(["innovation"]) == related(["joint"]) == ("innovation", "joint", "separation")
     assert related(["lstm_glr", "chi_square"]) == ("chi_square", "lstm_glr", "lstm_cusum")
 
 
