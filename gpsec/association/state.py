@@ -98,6 +98,16 @@ def propose(state: Association, row: int, lane: int, segment: int, place: Place,
 
 
 @inline
+def most_likely(state: Association, row: int) -> int:
+    """Return the hypothesis with the largest weight, -1 where there is none."""
+    best = -1
+    for h in range(state.used[row]):
+        if best < 0 or state.weight[row, h] > state.weight[row, best]:
+            best = h
+    return best
+
+
+@inline
 def drop(state: Association, row: int, h: int) -> None:
     """Take a hypothesis away; the last one takes its place."""
     last = state.used[row] - 1

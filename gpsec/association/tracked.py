@@ -7,22 +7,15 @@ So a spoofed fix cannot move a vehicle into another lane. See docs/association.m
 from math import atan, ceil, cos, sin
 
 from gpsec.association import free
+from gpsec.association.evidence import look_again, use_camera, use_heading
 from gpsec.association.free import Motion, motion_of
-from gpsec.association.geometry import (
-    beside,
-    propose_around,
-    propose_beside,
-    variance_across,
-    variance_along,
-    walk_on,
-)
-from gpsec.association.state import Association, correct, drop, place_of, propose
+from gpsec.association.geometry import propose_around, walk_on
+from gpsec.association.state import Association, correct, drop, most_likely, place_of, propose
 from gpsec.core.arrays import Floats, Ints
-from gpsec.core.geo import wrap_angle
 from gpsec.core.kernels import inline, kernel
 from gpsec.filters.noise import LASTING_ERROR_S, FilterNoise
 from gpsec.hdmap.arrays import Roads
-from gpsec.hdmap.search import MIN_COS, Ray
+from gpsec.hdmap.search import Ray
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Measurements, Vehicles
 
@@ -30,22 +23,12 @@ from gpsec.types.vehicles import Measurements, Vehicles
 START_M, SETTLING_S = 4.0, 3.0
 # The free filter must have accepted so many fixes in turn before one moves a hypothesis.
 TRUSTED = 20
-# A lane seen further off than this share of the lane's width suggests the neighbour, with this log prior.
-SUSPICIOUS, NEIGHBOUR = 0.35, -7.0
-# Least log likelihoods of one sample: of the lane's offset, of its direction, and while the camera is blind.
-LEAST_OFFSET, LEAST_SLOPE, LEAST_BLIND = -20.0, -4.0, -2.0
-SLOPE_SIGMA, HEADING_SIGMA, EDGE_SIGMA_M = 0.03, 0.2, 0.3
-# In a bend the lane's direction tells the place along it; samples in turn share their errors, so each counts a tenth.
-BEND_PER_M, SLOPE_SAMPLES = 1e-3, 10.0
-# Beyond the line by this much, the neighbour is possible.
-CROSSED_M = 0.1
 # Less likely hypotheses are dropped; another lane within the second one of the best makes the lane unknown.
 DROP, AS_LIKELY = -25.0, -3.0
-# So many samples in turn that are so far from every hypothesis contradict them all.
-CONTRADICTION_M, STRIKES = 1.0, 15
-# The first lane after so long without one surprises by so many variances and metres. A deviation across of the last
-# share of the lane's width leaves the lane open.
-BLIND_S, SURPRISE, SURPRISE_M, UNSURE = 0.5, 16.0, 0.5, 0.25
+# So many samples in turn that no hypothesis explains contradict them all.
+STRIKES = 15
+# The first lane after so long without one is looked at with care.
+BLIND_S = 0.5
 # The slow error of fixes lasts: along the lane, each counts a tenth.
 BIAS_SAMPLES = 10.0
 
@@ -87,13 +70,13 @@ def associate(
             offset_m, sigma_m = -seen.lane_poly[v, 0], seen.camera_sigma_m[v]
             if state.blind_s[row] > BLIND_S:
                 settling = ceil(SETTLING_S / noise.gnss_period_s[q])
-                _look_again(state, row, roads, layer, heading, offset_m, sigma_m, settling)
+                look_again(state, row, roads, layer, heading, offset_m, sigma_m, settling)
             state.blind_s[row] = 0.0
             slope_rad = atan(seen.lane_poly[v, 1])
-            tracks.unmatched[row] = not _use_camera(state, row, roads, layer, heading, offset_m, slope_rad, sigma_m)
+            tracks.unmatched[row] = not use_camera(state, row, roads, layer, heading, offset_m, slope_rad, sigma_m)
         else:
             state.blind_s[row] += step_s
-            _use_heading(state, row, roads, layer, heading)
+            use_heading(state, row, roads, layer, heading)
         _settle(state, row, roads, noise, q, heading, tracks)
 
 
@@ -177,123 +160,6 @@ def _use_fix(
 
 
 @inline
-def _most_likely(state: Association, row: int) -> int:
-    """Return the hypothesis with the largest weight, -1 where there is none."""
-    best = -1
-    for h in range(state.used[row]):
-        if best < 0 or state.weight[row, h] > state.weight[row, best]:
-            best = h
-    return best
-
-
-@inline
-def _look_again(
-    state: Association,
-    row: int,
-    roads: Roads,
-    layer: int,
-    heading: float,
-    offset_m: float,
-    sigma_m: float,
-    settling: int,
-) -> None:
-    """Compare the first lane after a blind stretch with where one was expected.
-
-    Where that was uncertain, or surprises, a neighbour is as likely, and trusted fixes decide. A surprise also makes
-    the free filter doubt itself: the way was another one, or the fixes before the blind stretch were wrong.
-    """
-    best = _most_likely(state, row)
-    if best < 0:
-        return
-    place = place_of(state, row, best)
-    at = beside(roads.lanes, state.segment[row, best], place.x, place.y, heading)
-    across = variance_across(place, at)
-    off = (offset_m - at.offset_m) * at.cosine
-    surprised = off * off > SURPRISE * (across + sigma_m * sigma_m) and abs(off) > SURPRISE_M
-    width = roads.sides.width_m[state.lane[row, best]]
-    if not surprised and across <= (UNSURE * width) ** 2:
-        return
-    state.settling[row] = settling
-    count = state.used[row]
-    if surprised:
-        for h in range(count):
-            state.covariance[row, h, 0] += off * off
-            state.covariance[row, h, 2] += off * off
-        state.free_covariance[row, 0] += off * off
-        state.free_covariance[row, 2] += off * off
-    for h in range(count):
-        ray = Ray(state.position_m[row, h, 0], state.position_m[row, h, 1], cos(heading), sin(heading))
-        weight = state.weight[row, h]
-        propose_beside(state, row, roads, layer, h, True, ray, weight)
-        propose_beside(state, row, roads, layer, h, False, ray, weight)
-
-
-@inline
-def _use_camera(
-    state: Association,
-    row: int,
-    roads: Roads,
-    layer: int,
-    heading: float,
-    offset_m: float,
-    slope_rad: float,
-    sigma_m: float,
-) -> bool:
-    """Weigh the hypotheses by the lane that the camera sees, propose neighbours, correct across, in bends along.
-
-    Returns whether one of them explains it.
-    """
-    for h in range(state.used[row]):
-        place = place_of(state, row, h)
-        at = beside(roads.lanes, state.segment[row, h], place.x, place.y, heading)
-        off = offset_m - at.offset_m
-        if at.cosine >= MIN_COS and abs(off) > SUSPICIOUS * roads.sides.width_m[state.lane[row, h]]:
-            ray = Ray(place.x, place.y, cos(heading), sin(heading))
-            propose_beside(state, row, roads, layer, h, off < 0.0, ray, state.weight[row, h] + NEIGHBOUR)
-    explained = False
-    white = SLOPE_SIGMA * SLOPE_SIGMA
-    for h in range(state.used[row]):
-        place = place_of(state, row, h)
-        at = beside(roads.lanes, state.segment[row, h], place.x, place.y, heading)
-        if at.cosine < MIN_COS:
-            state.weight[row, h] += LEAST_OFFSET
-            continue
-        off = offset_m - at.offset_m
-        explained = explained or abs(off) <= CONTRADICTION_M
-        width = roads.sides.width_m[state.lane[row, h]]
-        variance = variance_across(place, at) + sigma_m * sigma_m
-        slip = wrap_angle(slope_rad - at.turn_rad)
-        bend = at.curvature_per_m
-        spread = white + bend * bend * variance_along(place, at)
-        state.weight[row, h] += max(-0.5 * off * off / variance, LEAST_OFFSET)
-        state.weight[row, h] += max(-0.5 * slip * slip / spread, LEAST_SLOPE)
-        if off * off < max(0.25 * width * width, 4.0 * variance):
-            correct(state, row, h, at.nx, at.ny, off * at.cosine, sigma_m * sigma_m)
-            if abs(bend) > BEND_PER_M:
-                correct(state, row, h, bend * at.ny, -bend * at.nx, slip, SLOPE_SAMPLES * white)
-    return explained
-
-
-@inline
-def _use_heading(state: Association, row: int, roads: Roads, layer: int, heading: float) -> None:
-    """Weigh the hypotheses while the camera is blind: by the lane's direction, and by what lies beyond its line."""
-    for h in range(state.used[row]):
-        place = place_of(state, row, h)
-        at = beside(roads.lanes, state.segment[row, h], place.x, place.y, heading)
-        beyond = max(abs(at.offset_m) - 0.5 * roads.sides.width_m[state.lane[row, h]], 0.0)
-        variance = variance_across(place, at) + EDGE_SIGMA_M * EDGE_SIGMA_M
-        cost = -0.5 * (at.turn_rad / HEADING_SIGMA) ** 2 - 0.5 * beyond * beyond / variance
-        state.weight[row, h] += max(cost, LEAST_BLIND)
-    for h in range(state.used[row]):
-        place = place_of(state, row, h)
-        at = beside(roads.lanes, state.segment[row, h], place.x, place.y, heading)
-        beyond = abs(at.offset_m) - 0.5 * roads.sides.width_m[state.lane[row, h]]
-        if beyond > CROSSED_M and at.cosine >= MIN_COS:
-            ray = Ray(place.x, place.y, cos(heading), sin(heading))
-            propose_beside(state, row, roads, layer, h, at.offset_m > 0.0, ray, state.weight[row, h] - 1.0)
-
-
-@inline
 def _settle(
     state: Association,
     row: int,
@@ -304,7 +170,7 @@ def _settle(
     tracks: Tracks,
 ) -> None:
     """Choose the best, drop what is too unlikely, and begin anew where everything is contradicted."""
-    best = _most_likely(state, row)
+    best = most_likely(state, row)
     ray = Ray(state.free_m[row, 0], state.free_m[row, 1], cos(heading), sin(heading))
     if best < 0:
         tracks.lane[row] = -1

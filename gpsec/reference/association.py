@@ -5,32 +5,35 @@ from math import atan, ceil, cos
 
 import numpy as np
 
-from gpsec.association.geometry import FAR
-from gpsec.association.state import HYPOTHESES
-from gpsec.association.tracked import (
-    AS_LIKELY,
+from gpsec.association.evidence import (
+    AT_LINE_M,
     BEND_PER_M,
-    BIAS_SAMPLES,
-    BLIND_S,
     CONTRADICTION_M,
     CROSSED_M,
-    DROP,
     EDGE_SIGMA_M,
     HEADING_SIGMA,
     LEAST_BLIND,
     LEAST_OFFSET,
     LEAST_SLOPE,
     NEIGHBOUR,
-    SETTLING_S,
     SLOPE_SAMPLES,
     SLOPE_SIGMA,
-    START_M,
-    STRIKES,
     SURPRISE,
     SURPRISE_M,
     SUSPICIOUS,
-    TRUSTED,
     UNSURE,
+)
+from gpsec.association.geometry import FAR
+from gpsec.association.state import HYPOTHESES
+from gpsec.association.tracked import (
+    AS_LIKELY,
+    BIAS_SAMPLES,
+    BLIND_S,
+    DROP,
+    SETTLING_S,
+    START_M,
+    STRIKES,
+    TRUSTED,
 )
 from gpsec.core.arrays import Floats
 from gpsec.filters.noise import LASTING_ERROR_S, FilterNoise
@@ -192,7 +195,7 @@ class TrackAssociation:
         one = self.hypotheses[best]
         at = self._beside(best, one, heading_rad)
         across = float(at.left @ one.covariance @ at.left)
-        off = (offset_m - at.offset_m) * cos(at.turn_rad)
+        off = self._from_expected(best, at.offset_m * cos(at.turn_rad), offset_m * cos(at.turn_rad))
         surprised = off**2 > SURPRISE * (across + sigma_m**2) and abs(off) > SURPRISE_M
         if not surprised and across <= (UNSURE * self._width(best)) ** 2:
             return
@@ -204,6 +207,15 @@ class TrackAssociation:
         for lane, one in list(self.hypotheses.items()):
             self._propose_neighbour(lane, one, True, one.weight, heading_rad)
             self._propose_neighbour(lane, one, False, one.weight, heading_rad)
+
+    def _from_expected(self, lane: int, expected_m: float, seen_m: float) -> float:
+        graph, half_m = self._map.graph, self._width(lane) / 2.0
+        least = seen_m - expected_m
+        for other, line_m in ((int(graph.left[lane]), half_m), (int(graph.right[lane]), -half_m)):
+            if other >= 0 and abs(expected_m - line_m) <= AT_LINE_M:
+                centre_m = line_m + np.sign(line_m) * self._width(other) / 2.0
+                least = min(least, seen_m - (expected_m - centre_m), key=abs)
+        return float(least)
 
     def _propose_neighbour(self, lane: int, one: Hypothesis, left: bool, weight: float, heading_rad: float) -> None:
         graph = self._map.graph

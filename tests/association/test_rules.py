@@ -7,11 +7,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from gpsec.association.evidence import CROSSED_M
 from gpsec.association.state import Association
-from gpsec.association.tracked import STRIKES, TRUSTED, associate
+from gpsec.association.tracked import BLIND_S, STRIKES, TRUSTED, associate
 from gpsec.core.tables import Table
-from gpsec.filters.noise import noise_table
+from gpsec.filters.noise import noise_of, noise_table
 from gpsec.hdmap.map import HDMap, load_map
+from gpsec.reference.association import TrackAssociation
+from gpsec.reference.lane_line import LaneLines
+from gpsec.reference.method import sight_of
 from gpsec.testing.rig import RIG_FIGURES
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Measurements, Vehicles
@@ -55,15 +59,24 @@ class Car:
     def now(self) -> Association:
         return self.state.now
 
-    def step(self, bias_m=(0.0, 0.0), fix: bool = True, camera: float | None = 0.0, slope: float = 0.0) -> None:
-        """Drive a step; the fix is displaced by `bias_m`, and the camera's offset by `camera` (None: it is blind)."""
+    def step(
+        self, bias_m=(0.0, 0.0), fix: bool = True, camera: float | None = 0.0, slope: float = 0.0, across_m: float = 0.0
+    ) -> None:
+        """Drive a step and move by `across_m`.
+
+        The fix is displaced by `bias_m`, and the camera's offset by `camera` (None: it is blind).
+        """
         self.x_m += SPEED_MPS * STEP_S
-        self.seen.speed_mps[0], self.seen.heading_rad[0] = SPEED_MPS, 0.0
+        yaw = np.arctan2(across_m, SPEED_MPS * STEP_S)
+        self.seen.speed_mps[0], self.seen.heading_rad[0] = np.hypot(SPEED_MPS, across_m / STEP_S), yaw
         self.tracks.fix_m[0] = self.x_m + bias_m[0], self.centre_m + self.offset_m + bias_m[1]
         self.tracks.fix_valid[0] = fix
         self.seen.camera_valid[0] = camera is not None
-        self.seen.lane_poly[0, 0] = -(self.offset_m + (camera or 0.0))
-        self.seen.lane_poly[0, 1] = slope
+        self.seen.lane_poly[0, 0] = -(self.offset_m + (camera or 0.0)) / np.cos(yaw)
+        self.seen.lane_poly[0, 1] = slope - np.tan(yaw)
+        self._associate()
+
+    def _associate(self) -> None:
         rows = np.zeros(1, np.int32)
         associate(rows, STEP_S, self.roads, self.noise, self.tracks, self.vehicles, self.seen, self.now)
 
@@ -79,20 +92,24 @@ class Car:
                 self.index += 1
                 self.centre_m += WIDTH_M
             self.offset_m = across - (WIDTH_M if across > 0.5 * WIDTH_M else 0.0)
-            self._across(steps)
+            self.step(across_m=WIDTH_M / steps)
         self.offset_m = 0.0
 
-    def _across(self, steps: int) -> None:
-        yaw = np.arctan2(WIDTH_M / steps, SPEED_MPS * STEP_S)
-        self.x_m += SPEED_MPS * STEP_S
-        self.seen.speed_mps[0] = np.hypot(SPEED_MPS, WIDTH_M / steps / STEP_S)
-        self.seen.heading_rad[0] = yaw
-        self.tracks.fix_m[0] = self.x_m, self.centre_m + self.offset_m
-        self.tracks.fix_valid[0] = self.seen.camera_valid[0] = True
-        self.seen.lane_poly[0, 0] = -self.offset_m / np.cos(yaw)
-        self.seen.lane_poly[0, 1] = -np.tan(yaw)
-        rows = np.zeros(1, np.int32)
-        associate(rows, STEP_S, self.roads, self.noise, self.tracks, self.vehicles, self.seen, self.now)
+
+class Both(Car):
+    """The same vehicle, whose association by hand is held to that of the kernel."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self.own = TrackAssociation(LaneLines(self.road, 0), noise_of(self.noise, 0), STEP_S)
+
+    def _associate(self) -> None:
+        super()._associate()
+        self.own.step(sight_of(0, 0, self.tracks, self.seen))
+        found = (self.tracks.lane[0], self.tracks.lane_known[0], self.tracks.unmatched[0])
+        assert found == (self.own.best, self.own.known, self.own.unmatched)
+        weights = {int(self.now.lane[0, h]): self.now.weight[0, h] for h in range(self.now.used[0])}
+        assert weights == pytest.approx({lane: one.weight for lane, one in self.own.hypotheses.items()})
 
 
 def test_nothing_is_believed_before_the_first_fix(road: HDMap) -> None:
@@ -125,10 +142,42 @@ def test_a_camera_that_is_blind_at_the_line_is_no_obstacle(road: HDMap) -> None:
     before = car.tracks.lane[0]
     for k in range(30):
         car.offset_m = WIDTH_M * (k + 1) / 30
-        car._across(30) if not 0.3 < car.offset_m / WIDTH_M < 0.7 else car.step(camera=None)
+        car.step(camera=None) if 0.3 < car.offset_m / WIDTH_M < 0.7 else car.step(across_m=WIDTH_M / 30)
     car.index, car.centre_m, car.offset_m = 1, car.centre_m + WIDTH_M, 0.0
     car.drive(5)
     assert before != car.tracks.lane[0] == car.lane
+
+
+@pytest.mark.parametrize("to_left", [True, False])
+def test_a_line_that_is_crossed_while_the_camera_is_blind_is_no_surprise(road: HDMap, to_left: bool) -> None:
+    side = 1 if to_left else -1
+    car = Both(road, 1)
+    car.drive(60)
+    spoofed = {"bias_m": (0.0, -2.0 * side)}  # as if it had stayed on its lane
+    car.drive(20, **spoofed)
+    for _ in range(21):
+        car.offset_m += 0.08 * side
+        car.step(camera=None if abs(car.offset_m) > 1.0 else 0.0, across_m=0.08 * side, **spoofed)
+    assert car.now.blind_s[0] > BLIND_S
+    assert 0.0 < abs(car.offset_m) - 0.5 * WIDTH_M < CROSSED_M
+    car.index, car.centre_m, car.offset_m = 1 + side, car.centre_m + side * WIDTH_M, car.offset_m - side * WIDTH_M
+    car.step(**spoofed)
+    assert car.now.settling[0] == 0
+    car.drive(60, **spoofed)
+    assert (car.tracks.lane[0], car.tracks.lane_known[0]) == (car.lane, True)
+
+
+def test_a_lane_that_is_elsewhere_after_a_blind_stretch_lets_trusted_fixes_decide(road: HDMap) -> None:
+    car = Both(road, 1)
+    car.drive(60)
+    car.drive(10, camera=None)
+    doubt = car.now.free_covariance[0, 0]
+    car.step(camera=-1.2)
+    assert car.now.settling[0] > 0
+    assert car.now.free_covariance[0, 0] > doubt + 1.0
+    assert not car.tracks.lane_known[0]
+    car.drive(60)
+    assert (car.tracks.lane[0], car.tracks.lane_known[0]) == (car.lane, True)
 
 
 @settings(max_examples=40, deadline=None)
