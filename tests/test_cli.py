@@ -442,7 +442,21 @@ def test_list_shows_a_line_a_part(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 COMMANDS = [
-    *("run", "report", "verify", "trace", "check", "import", "demand", "list", "new", "clean", "schema", "train"),
+    *(
+        "run",
+        "replay",
+        "report",
+        "verify",
+        "trace",
+        "check",
+        "import",
+        "demand",
+        "list",
+        "new",
+        "clean",
+        "schema",
+        "train",
+    ),
     "calibrate",
     "paper",
     "stress",

@@ -16,7 +16,7 @@ CHECKS = chain(ATTACK_CHECKS, DETECTOR_CHECKS, PROFILE_CHECKS, RESPONSE_CHECKS, 
 RULES = {name for name, kinds in Counter(check.__name__ for check in CHECKS).items() if kinds > 1}
 
 # Names that have the same meaning wherever they are defined.
-SAME_ROLE = {"main", "T", "check", "run", "train", "calibrate", *RULES}
+SAME_ROLE = {"main", "T", "check", "run", "train", "calibrate", "replay", *RULES}
 """A program's entry point; a type variable; a command and the function that does it in Python; a rule that several
 kinds of parts keep."""
 

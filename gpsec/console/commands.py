@@ -13,6 +13,7 @@ from gpsec.console.importing import import_
 from gpsec.console.listing import list_
 from gpsec.console.new import new
 from gpsec.console.paper import paper
+from gpsec.console.replay import replay
 from gpsec.console.report import report
 from gpsec.console.run import run
 from gpsec.console.schema import schema
@@ -85,6 +86,7 @@ def gpsec(
 
 _COMMANDS: dict[str, Callable[..., int | None]] = {
     "run": run,
+    "replay": replay,
     "report": report,
     "verify": verify,
     "trace": trace,

@@ -18,6 +18,7 @@ ABOVE = frozenset(
         "testing",
         "training",
         "imaging",
+        "replay",
         "pipeline",
         "reference",
         "scenario",

@@ -11,7 +11,17 @@ from gpsec.outcomes.bootstrap import Bootstrap
 from gpsec.outcomes.digests import DIGESTS, table_digests
 from gpsec.outcomes.naming import base_name
 from gpsec.outcomes.seeds import POOLED, pooled_tables
-from gpsec.outcomes.tables import MAP, POOLED_PREFIX, STEP_LOG, TABLES, read_table, whole, write_frame
+from gpsec.outcomes.tables import (
+    LOG_ERRORS,
+    LOG_TAPE,
+    MAP,
+    POOLED_PREFIX,
+    STEP_LOG,
+    TABLES,
+    read_table,
+    whole,
+    write_frame,
+)
 from gpsec.types.constants import MANIFEST
 
 _BOOTSTRAP = Bootstrap(seed=2026)
@@ -21,8 +31,8 @@ def merge(folders: list[Path], out: Path) -> None:
     """Join the files of several runs, a folder each, in `out`; the runs follow in the order of their folders' names.
 
     Tables are concatenated, manifests become a list under "scenarios", beside the digests of the tables. Step logs,
-    whose columns differ with the detectors, and maps are kept apart as ``steps-<folder>.parquet`` and
-    ``map-<folder>.geojson`` where there is more than one run.
+    whose columns differ with the detectors, maps and tapes are kept apart as ``steps-<folder>.parquet``,
+    ``map-<folder>.geojson`` and ``gnss.tape-<folder>.npz`` where there is more than one run.
 
     Raises:
         GpsecError: a folder lacks a file, or its columns are not those of the others.
@@ -32,8 +42,11 @@ def merge(folders: list[Path], out: Path) -> None:
     for name in TABLES:
         with whole(out / f"{name}.csv") as partial:
             _join([folder / f"{name}.csv" for folder in folders], partial)
+    if logged := [folder / f"{LOG_ERRORS}.csv" for folder in folders if (folder / f"{LOG_ERRORS}.csv").exists()]:
+        with whole(out / f"{LOG_ERRORS}.csv") as partial:
+            _join(logged, partial)
     for folder in folders:
-        for file in (Path(STEP_LOG), Path(MAP)):
+        for file in (Path(STEP_LOG), Path(MAP), Path(LOG_TAPE)):
             if (folder / file).exists():
                 target = file.name if len(folders) == 1 else f"{file.stem}-{folder.name}{file.suffix}"
                 with whole(out / target) as partial:

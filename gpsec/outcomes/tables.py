@@ -24,6 +24,8 @@ from gpsec.outcomes.study import Study
 TABLES = ("detection", "localization", "safety", "events", "vehicles", "curves", "error_bands", "places", "association")
 # Those that grow with the number of vehicles.
 LARGE_TABLES = ("events", "vehicles", "places")
+# Of a log: figures of its sensors' errors, and the tape of those of its receiver.
+LOG_ERRORS, LOG_TAPE = "errors", "gnss.tape.npz"
 # Before the name of a table over all seeds of a scenario.
 POOLED_PREFIX = "pooled_"
 STEP_LOG = "steps.parquet"

@@ -26,7 +26,7 @@ from gpsec.localization.world import World
 from gpsec.pipeline.batched import BatchedMethod
 from gpsec.pipeline.filter_noise import filter_noise
 from gpsec.pipeline.fleet_choice import FleetChoice, run_profiles
-from gpsec.pipeline.loop import LoopSettings
+from gpsec.pipeline.loop import LoopSettings, Move, follow_fronts
 from gpsec.pipeline.mismatch import lane_mistakes, map_error, mismatch, zone_files
 from gpsec.scenario import Scenario
 from gpsec.scenario.parts import use
@@ -56,6 +56,8 @@ class Ground:
         sensors: of the profiles of the run.
         world: what the filters work with.
         association: how vehicles know their lane.
+        move: how bodies move.
+        notes: what the user should know of it, one sentence each.
 
     """
 
@@ -65,6 +67,8 @@ class Ground:
     sensors: Sensors
     world: World
     association: Associating
+    move: Move = follow_fronts
+    notes: tuple[str, ...] = ()
 
 
 def lay_ground(scenario: Scenario) -> Ground:
@@ -182,6 +186,7 @@ def loop_settings(
         profile_of=ground.choice.profile,
         shared=shared,
         mistakes=lane_mistakes(scenario),
+        move=ground.move,
     )
 
 

@@ -26,6 +26,14 @@ from gpsec.types.method import Method
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Identity, Measurements, Vehicles
 
+# Moves the bodies of a frame over a step of that length.
+Move = Callable[[Frame, float, Vehicles], None]
+
+
+def follow_fronts(frame: Frame, step_s: float, vehicles: Vehicles) -> None:
+    """Let the bodies follow the front points of a frame."""
+    advance(frame.rows, frame.front_m, step_s, vehicles)
+
 
 @dataclass(frozen=True)
 class LoopSettings:
@@ -41,6 +49,7 @@ class LoopSettings:
         profile_of: gives the index of the sensor profile of a vehicle that departs.
         shared: what is added to all fixes, None for nothing.
         mistakes: how cameras err about the lane that they show.
+        move: how bodies move.
 
     """
 
@@ -53,6 +62,7 @@ class LoopSettings:
     profile_of: Callable[[Departure], int]
     shared: SharedErrors | None = None
     mistakes: LaneMistakes = NO_MISTAKES
+    move: Move = follow_fronts
 
 
 class Loop:
@@ -87,6 +97,7 @@ class Loop:
         self._map = settings.hd_map
         self._roads = settings.hd_map.roads(np.zeros(1, np.int32))
         self._mistakes = settings.mistakes
+        self._move = settings.move
         self._sensors = settings.sensors
         self._sensor_state = settings.sensors.new_state(1)
         self._shared = settings.shared
@@ -127,7 +138,7 @@ class Loop:
         self._depart(frame)
         rows, vehicles = frame.rows, self.vehicles
         vehicles.lane[rows] = frame.lane
-        advance(rows, frame.front_m, self._clock.step_s, vehicles)
+        self._move(frame, self._clock.step_s, vehicles)
         self._threads.run(locate, rows, frame.step, self._clock.step_s, self._roads, self._mistakes, vehicles)
         self._watch.lap("truth")
         self._sensors.sense(self._sensor_state, vehicles, self.seen, rows, frame.step, self._threads)

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import AbstractContextManager, ExitStack
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
 from typing import Protocol
@@ -34,12 +34,13 @@ from gpsec.pipeline.build import (
     make_plans,
 )
 from gpsec.pipeline.fleet_choice import Few
-from gpsec.pipeline.loop import Loop
+from gpsec.pipeline.loop import Loop, Move
 from gpsec.pipeline.manifest import Counts, write_manifest
 from gpsec.pipeline.mapfile import write_map
 from gpsec.pipeline.mismatch import make_shared_errors, mismatch_note
 from gpsec.pipeline.remarks import Remarks, beforehand
 from gpsec.scenario import Scenario
+from gpsec.sensors.sense import Sensors
 from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.remote import RemoteSession
 from gpsec.traffic.source import Equip, TrafficSource
@@ -76,6 +77,27 @@ class Onlooker(Protocol):
         ...
 
 
+@dataclass(frozen=True)
+class LoggedRun:
+    """What a log has in the place of what is simulated.
+
+    Attributes:
+        start: its traffic.
+        move: where its bodies are.
+        sensors: gives its sensors for those of the profiles.
+        notes: what the user should know of it.
+    """
+
+    start: "StartTraffic"
+    move: Move
+    sensors: Callable[[Sensors], Sensors]
+    notes: tuple[str, ...] = ()
+
+    def laid_on(self, ground: Ground) -> Ground:
+        """Return what the run stands on."""
+        return replace(ground, sensors=self.sensors(ground.sensors), move=self.move, notes=self.notes)
+
+
 # Starts the traffic: what SUMO is run with, index of each lane id, who is equipped.
 StartTraffic = Callable[[SumoOptions, Mapping[str, int], Equip], Traffic]
 
@@ -87,13 +109,14 @@ def run_scenario(
     start: StartTraffic | None = None,
     only: Collection[str] | None = None,
     onlooker: Onlooker | None = None,
+    logged: LoggedRun | None = None,
 ) -> None:
     """Run a scenario and write its tables and its manifest into `folder`, which exists.
 
     libsumo allows one simulation per process, and so this can run once at a time in a process. `start` puts other
     traffic, such as a recording, in the place of SUMO. `only` are the ids of vehicles of a former run that are looked
     at again: nobody else is part of the fleet then, and they do as they did. `onlooker` sees every step and
-    changes nothing.
+    changes nothing. `logged` is a log, whose traffic, bodies and sensors are taken.
 
     Raises:
         GpsecError: the scenario cannot be run, or nobody of the fleet departs.
@@ -102,6 +125,8 @@ def run_scenario(
     began = perf_counter()
     report(Progress(scenario.name, stage="loading the net"))
     ground = lay_ground(scenario)
+    if logged is not None:
+        ground, start = logged.laid_on(ground), logged.start
     detection = make_detection(scenario, ground)
     with ExitStack() as stack:
         stack.enter_context(threadpool_limits(1))
@@ -139,7 +164,7 @@ class _Run:
         self.logged: set[str] = set()  # vehicles whose steps are in the log, where only some are
         self.notes: list[str] = []
         self.first_s: float | None = None  # when somebody was on the road for the first time
-        for note in (*ground.options.notes, *beforehand(ground), *mismatch_note(scenario)):
+        for note in (*ground.options.notes, *beforehand(ground), *mismatch_note(scenario), *ground.notes):
             self._say(note)
         zones = drawn_zones(session)
         plans = self.plans = make_plans(scenario, session.options, zones)

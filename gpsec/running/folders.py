@@ -10,13 +10,15 @@ from gpsec.types.constants import MANIFEST, REPORT
 _TABLES = (
     *("detection", "localization", "safety", "events", "vehicles", "curves", "error_bands", "places"),
     "association",
+    # Of a log.
+    "errors",
 )
 _AS_PARQUET = ("events.parquet", "vehicles.parquet", "places.parquet")
 _WRITTEN_BY_RUNS = (MANIFEST, REPORT, *(f"{table}.csv" for table in _TABLES), *_AS_PARQUET)
 # What each scenario has one of, under a name of its own where a run has several.
-_ONE_EACH = ("steps.parquet", "steps-*.parquet", "map.geojson", "map-*.geojson")
+_ONE_EACH = ("steps.parquet", "steps-*.parquet", "map.geojson", "map-*.geojson", "gnss.tape.npz", "gnss.tape-*.npz")
 # What other commands made of a run goes with it.
-_MADE_OF_RUNS = ("comparison.html", "places.geojson", "trace-*.html", "*.spreadsheet.csv")
+_MADE_OF_RUNS = ("comparison.html", "places.geojson", "trace-*.html", "log.html", "*.spreadsheet.csv")
 
 
 def written_by_runs(name: str) -> bool:
