@@ -41,6 +41,13 @@ _QUIET = {
     "duration-log.disable": "true",
     "aggregate-warnings": "10",
 }
+# What the closed loop needs, and why.
+_CLOSED_LOOP = {
+    "time-to-teleport": ("-1", "a wreck and the jam behind it stay where they are"),
+    "thread-rngs": ("100000", "each lane has random numbers of its own, so that one car changes only those near it"),
+    "collision.action": ("warn", "what touches goes on, since gpsec sees to wrecks itself"),
+    "collision.mingap-factor": ("0", "a gap that is small is no collision"),
+}
 # SUMO refuses sublanes beside these; SL2015 is the only model that knows them.
 _LANE_MODELS_WITHOUT_SUBLANES = rb"""laneChangeModel\s*=\s*["'](LC2013\w*|DK2008)["']"""
 
@@ -82,6 +89,7 @@ def resolve_options(
     step_s: float | None = None,
     lateral_resolution_m: float | None = None,
     begin_s: float | None = None,
+    closed_loop: bool = False,
 ) -> SumoOptions:
     """Return how to run the configuration `config_file` in-process, without it writing beside itself.
 
@@ -91,15 +99,22 @@ def resolve_options(
         step_s: None takes the scenario's step, lowered to 0.1 s where it is longer.
         lateral_resolution_m: None takes the scenario's own or 0.8 m, 0 switches sublanes off.
         begin_s: simulated time to begin at; None takes the scenario's own.
+        closed_loop: vehicles are to be steered; sets options that this needs, each with a note.
 
     Raises:
-        GpsecError: a file is missing, an option is unknown, or `step_s` is outside (0, 0.2].
+        GpsecError: a file is missing, an option is unknown, sublanes are off in closed loop, or `step_s` is outside
+            (0, 0.2].
     """
     config = read_config(config_file)
     notes: list[str] = []
     files = _input_files(config)
     step = _step(config, step_s, notes)
     lateral = _lateral_resolution(config, files, lateral_resolution_m, notes)
+    if closed_loop and lateral <= 0.0:
+        raise GpsecError(
+            f"{config.path}: closed loop: expected sublanes, found none; traffic.lateral_resolution_m ="
+            f" {DEFAULT_LATERAL_RESOLUTION_M:g} turns them on, where the scenario's lane-change model has them"
+        )
     sumo_seed = seed % 2**31
     end = _seconds(config, "end", -1.0)
     begin = _begin(config, begin_s, end)
@@ -110,6 +125,7 @@ def resolve_options(
         "seed": str(sumo_seed),
         **_QUIET,
         **({"lateral-resolution": f"{lateral:g}"} if lateral > 0.0 else {}),
+        **(_closed_loop(config, notes) if closed_loop else {}),
     }
     return SumoOptions(
         config=config.path,
@@ -124,6 +140,15 @@ def resolve_options(
         seed=sumo_seed,
         notes=tuple(notes),
     )
+
+
+def _closed_loop(config: SumoConfig, notes: list[str]) -> dict[str, str]:
+    """Return the options of the closed loop, and note what is not as the configuration has it."""
+    for name, (value, reason) in _CLOSED_LOOP.items():
+        if config.values.get(name) != value:
+            notes.append(f"closed loop: {name} set to {value}: {reason}")
+    notes.append("closed loop: lcSigma set to 0: wander in the lane draws from one stream for all vehicles")
+    return {name: value for name, (value, _) in _CLOSED_LOOP.items()}
 
 
 def _begin(config: SumoConfig, asked_s: float | None, end_s: float) -> float:

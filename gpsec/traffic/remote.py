@@ -4,7 +4,8 @@ libsumo holds the interpreter lock through a step, so a thread would not help; a
 simulation out of the evaluator. What every vehicle has in every step goes through a ring of shared memory, the rest
 (who departs, who leaves) through a pipe. When either side dies, the other one sees the pipe close and ends.
 
-Where the run is shown in sumo-gui, SUMO waits after every step for what the evaluation says of it.
+Where the run is shown in sumo-gui, SUMO waits after every step for what the evaluation says of it. Where vehicles are
+steered, it is one step ahead, and takes commands.
 """
 
 import os
@@ -16,9 +17,10 @@ from typing import TYPE_CHECKING, Any, Self
 from gpsec.core.errors import GpsecError, MachineError
 from gpsec.core.pipes import PeerGoneError, receive, send
 from gpsec.core.processes import SPAWN, ended_early
+from gpsec.traffic.commands import Commands
 from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.ring import CAPACITY, DEPTH, Head, Ring
-from gpsec.traffic.serving import serve
+from gpsec.traffic.serving import Pace, serve
 from gpsec.traffic.source import Equip, Frame
 from gpsec.traffic.zones import KeysOfTypes
 from gpsec.types.drawn_zones import DrawnZone
@@ -45,8 +47,9 @@ class RemoteSession:
         equip: Equip,
         capacity: int = CAPACITY,
         delay_ms: float | None = None,
+        controlled: bool = False,
     ) -> None:
-        """Start the simulation; see `SumoSession`.
+        """Start the simulation; see `SumoSession`, and `ControlledSession` where it is `controlled`.
 
         `equip` goes to another process: a function of a module, or a method of a plain object. `capacity` is the number
         of vehicles for which there is shared memory; steps with more take the slower way. `delay_ms` shows the run in
@@ -59,10 +62,11 @@ class RemoteSession:
         self.warnings: list[str] = []
         self.traffic_only: dict[str, int] = {}
         self.look: Look | None = None
-        self._shown = delay_ms is not None
+        self._shown, self._controlled = delay_ms is not None, controlled
+        self._commands = Commands.none()
         self._ring = Ring(*blocks)
         self._connection, theirs = SPAWN.Pipe()
-        arguments = (theirs, blocks, options, dict(lane_index), equip, delay_ms)
+        arguments = (theirs, blocks, options, dict(lane_index), equip, Pace(delay_ms, controlled))
         self._process = SPAWN.Process(target=serve, args=arguments, name="sumo", daemon=True)
         self._process.start()
         theirs.close()
@@ -114,12 +118,19 @@ class RemoteSession:
         while isinstance(head := self._receive(), Head):
             self.sumo_s, self.read_s = head.sumo_s, head.read_s
             frame = head.frame if head.in_ring is None else self._ring.take(head.frame, head.in_ring)
-            if not self._shown:
+            if not (self._shown or self._controlled):
                 self._send(None)  # its place in the ring is free
             yield frame
             if self._shown:
                 self._send(self.look)
+            elif self._controlled:
+                self._send(self._commands)
+                self._commands = Commands.none()
         self.warnings, self.traffic_only = head
+
+    def command(self, commands: Commands) -> None:
+        """Say what is to be done after the step that was yielded last: it acts in the step after the next."""
+        self._commands = commands
 
     def _send(self, message: object) -> None:
         try:

@@ -2,7 +2,7 @@
 
 from bisect import bisect_left
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Set
 from itertools import chain
 
 import libsumo
@@ -59,6 +59,11 @@ class Roster:
         # Their rows, ascending, and where in `_ids` the vehicles of these are; made when it is needed.
         self._rows: Ints = np.zeros(0, np.int32)
         self._by_row: Longs | None = None
+
+    @property
+    def equipped(self) -> Set[str]:
+        """SUMO's ids of the fleet, on the road or away."""
+        return self._equipped
 
     def read(self, step_s: float) -> None:
         """Bring everything up to date with the simulation after a step of `step_s`."""

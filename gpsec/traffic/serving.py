@@ -3,6 +3,7 @@
 import os
 import sys
 import traceback
+from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING, Any
 
@@ -18,22 +19,35 @@ if TYPE_CHECKING:
     from gpsec.traffic.session import SumoSession
 
 
+@dataclass(frozen=True)
+class Pace:
+    """What SUMO waits for between steps; by default for nothing.
+
+    Attributes:
+        delay_ms: the run is shown in sumo-gui, with so much time for a step, and SUMO waits for what is to be seen.
+        controlled: SUMO takes commands: those of a step act in the one after the next, which it waits with for them.
+    """
+
+    delay_ms: float | None = None
+    controlled: bool = False
+
+
 def serve(
     connection: Connection,
     blocks: tuple[Any, Any],
     options: SumoOptions,
     lanes: dict[str, int],
     equip: Equip,
-    delay_ms: float | None,
+    pace: Pace,
 ) -> None:
     """Be the process of SUMO, until the run is over or the other side is gone."""
     collect_garbage_rarely()
-    if delay_ms is None:
-        _answer(connection, blocks, options, lanes, equip, delay_ms)
+    if pace.delay_ms is None:
+        _answer(connection, blocks, options, lanes, equip, pace)
         return
     status = 0
     try:
-        _answer(connection, blocks, options, lanes, equip, delay_ms)
+        _answer(connection, blocks, options, lanes, equip, pace)
     except Exception:
         traceback.print_exc()
         status = 1
@@ -47,10 +61,10 @@ def _answer(
     options: SumoOptions,
     lanes: dict[str, int],
     equip: Equip,
-    delay_ms: float | None,
+    pace: Pace,
 ) -> None:
     try:
-        send(connection, _last_word(connection, blocks, options, lanes, equip, delay_ms))
+        send(connection, _last_word(connection, blocks, options, lanes, equip, pace))
         while True:  # the other side may be some steps behind, and would find a closed pipe instead of them
             receive(connection)
     except PeerGoneError:
@@ -63,22 +77,23 @@ def _last_word(
     options: SumoOptions,
     lanes: dict[str, int],
     equip: Equip,
-    delay_ms: float | None,
+    pace: Pace,
 ) -> object:
     """Simulate; return what is to be said when it is over: an error, or warnings and vehicles that are traffic only.
 
     Raises:
         PeerGoneError: nobody is there to hear it.
     """
-    from gpsec.traffic.session import SumoSession  # late: libsumo is for this process alone
     from gpsec.traffic.sumo_gui import WindowClosedError
 
     try:
-        with SumoSession(options, lanes, equip, delay_ms) as session:
+        with _session(options, lanes, equip, pace) as session:
             send(connection, session.step_s)
             while isinstance(asked := receive(connection), dict):
                 send(connection, session.zones(asked))
-            send_all = _send_frames if delay_ms is None else _show_frames
+            send_all = _send_frames if pace.delay_ms is None else _show_frames
+            if pace.controlled:
+                send_all = _steer_frames
             send_all(connection, Ring(*blocks), session, asked)
     except GpsecError as error:
         return error
@@ -87,6 +102,16 @@ def _last_word(
     except WindowClosedError:
         return KeyboardInterrupt()
     return session.warnings, session.traffic_only
+
+
+def _session(options: SumoOptions, lanes: dict[str, int], equip: Equip, pace: Pace) -> "SumoSession":
+    # Late: libsumo is for this process alone.
+    from gpsec.traffic.controlled import ControlledSession
+    from gpsec.traffic.session import SumoSession
+
+    if pace.controlled:
+        return ControlledSession(options, lanes, equip)
+    return SumoSession(options, lanes, equip, pace.delay_ms)
 
 
 def _send_frames(connection: Connection, ring: Ring, session: "SumoSession", duration_s: float | None) -> None:
@@ -105,6 +130,16 @@ def _show_frames(connection: Connection, ring: Ring, session: "SumoSession", dur
         _send_frame(connection, ring, session, frame)
         if (look := receive(connection)) is not None:
             session.show(look)
+
+
+def _steer_frames(connection: Connection, ring: Ring, session: Any, duration_s: float | None) -> None:
+    """Send a step, and go on with the commands for the one before: the next is simulated while this is evaluated."""
+    behind = False
+    for frame in session.frames(duration_s):
+        _send_frame(connection, ring, session, frame)
+        if behind:
+            session.command(receive(connection))
+        behind = True
 
 
 def _send_frame(connection: Connection, ring: Ring, session: "SumoSession", frame: Frame) -> None:

@@ -6,6 +6,7 @@ from math import ceil
 from typing import Protocol
 
 from gpsec.core.arrays import Floats, Ints
+from gpsec.traffic.commands import Carried
 from gpsec.traffic.names import first_life
 
 
@@ -61,6 +62,7 @@ class Frame:
         lane: (N,) index of the lane in the HD map.
         on_road: number of vehicles in the simulation, equipped or not.
         spoofers_m: name of a plan -> (n, 2) where those are that carry its spoofer.
+        carried: how commands were carried out, None where the source takes none.
     """
 
     step: int
@@ -72,6 +74,7 @@ class Frame:
     lane: Ints
     on_road: int
     spoofers_m: Mapping[str, Floats] = field(default_factory=dict)
+    carried: Carried | None = None
 
 
 # Decides whether a vehicle is part of the fleet; its row is not set yet (-1).

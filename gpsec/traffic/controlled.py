@@ -1,0 +1,129 @@
+"""A simulation that takes commands between its steps: the traffic of the closed loop."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import libsumo
+import numpy as np
+
+from gpsec.core.arrays import Ints
+from gpsec.core.geo import yaw_from_sumo_angle
+from gpsec.core.tables import Slots
+from gpsec.traffic.actuation import Actuation
+from gpsec.traffic.commands import Carried, Commands, Order, Others
+from gpsec.traffic.options import SumoOptions
+from gpsec.traffic.session import SUMO_ERRORS, SumoSession
+from gpsec.traffic.source import Equip, Frame
+from gpsec.traffic.sumo_lanes import SumoLanes
+
+# Wander within the lane, which draws from one stream for all vehicles: one that brakes would change all others.
+_WANDER = "laneChangeModel.lcSigma"
+
+
+class ControlledSession(SumoSession):
+    """`SumoSession` that carries out `gpsec.traffic.commands.Commands`; its frames say how, in `Frame.carried`.
+
+    Positions in frames are true: of a vehicle that is steered, that of SUMO and its surplus. All vehicles go without
+    the wander that SUMO draws from one stream, see `_WANDER`.
+    """
+
+    def __init__(self, options: SumoOptions, lane_index: Mapping[str, int], equip: Equip) -> None:
+        """Start the simulation; see `SumoSession`."""
+        super().__init__(options, lane_index, equip)
+        self._actuation = Actuation(SumoLanes(lane_index), self.step_s)
+        self._bystanders = _Bystanders()
+        self._lane: Ints = np.full(1, -1, np.int32)
+        self._removed = 0
+        self._teleports = 0
+
+    def command(self, commands: Commands) -> None:
+        """Take what is to be done before the next step.
+
+        Raises:
+            GpsecError: SUMO refuses it, in its words.
+        """
+        try:
+            self._actuation.take(commands, self._lane)
+            for at in np.flatnonzero(commands.others & (commands.order == Order.BRAKE)).tolist():
+                self._bystanders.brake(int(commands.rows[at]), float(commands.brake_mps2[at]), self.step_s)
+            for at in np.flatnonzero(commands.order == Order.REMOVE).tolist():
+                names = self._bystanders if commands.others[at] else self._actuation
+                name = names.name_of(int(commands.rows[at]))
+                if name is not None:
+                    libsumo.vehicle.remove(name)
+                    self._removed += 1
+        except SUMO_ERRORS as error:
+            raise self._sumo_error(error) from None
+
+    def _next_frame(self) -> Frame:
+        try:
+            self._actuation.place(self._lane)
+        except SUMO_ERRORS as error:
+            raise self._sumo_error(error) from None
+        frame = super()._next_frame()
+        try:
+            return self._carried_out(frame)
+        except SUMO_ERRORS as error:
+            raise self._sumo_error(error) from None
+
+    def _carried_out(self, frame: Frame) -> Frame:
+        """Return the frame with true positions and what became of the commands."""
+        for name in libsumo.simulation.getDepartedIDList():
+            if name in libsumo.vehicle.getIDList():
+                libsumo.vehicle.setParameter(name, _WANDER, "0")
+        self._teleports += len(libsumo.simulation.getStartingTeleportIDList())
+        self._actuation.leave(frame.left)
+        for departure in frame.departures:
+            self._actuation.enter(departure.row, departure.sumo_id, departure.width_m)
+        if len(frame.rows) and frame.rows[-1] >= len(self._lane):
+            self._lane = np.concatenate([self._lane, np.full(2 * int(frame.rows[-1]), -1, np.int32)])
+        self._lane[frame.rows] = frame.lane
+        rows = self._actuation.rows
+        surplus_m = self._actuation.settle(self._lane)
+        at = np.searchsorted(frame.rows, rows)
+        front_m = frame.front_m.copy()
+        front_m[at] = self._actuation.displaced(front_m[at], surplus_m, frame.lane[at])
+        others = self._bystanders.read(set(self._roster.equipped))
+        path = self._actuation.now.path[rows]
+        return replace(
+            frame,
+            front_m=front_m,
+            carried=Carried(rows, path, surplus_m, others, self._removed, self._teleports),
+        )
+
+
+class _Bystanders:
+    """The vehicles that are not part of the fleet, by numbers that they keep."""
+
+    def __init__(self) -> None:
+        self._number_of: dict[str, int] = {}
+        self._slots = Slots()
+
+    def name_of(self, number: int) -> str | None:
+        """Return SUMO's id of a number, None where there is no such vehicle any more."""
+        return next((name for name, own in self._number_of.items() if own == number), None)
+
+    def brake(self, number: int, brake_mps2: float, step_s: float) -> None:
+        """Let one brake in the next step."""
+        if (name := self.name_of(number)) is not None:
+            libsumo.vehicle.setAcceleration(name, -brake_mps2, step_s)
+
+    def read(self, equipped: set[str]) -> Others:
+        """Return who is on the road beside the fleet."""
+        vehicle = libsumo.vehicle
+        present = [name for name in vehicle.getIDList() if name not in equipped and vehicle.getRoadID(name)]
+        for gone in self._number_of.keys() - set(present):
+            self._slots.give_back(self._number_of.pop(gone))
+        entered = [name for name in present if name not in self._number_of]
+        for name in entered:
+            self._number_of[name] = self._slots.take()
+        return Others(
+            number=np.array([self._number_of[name] for name in present], np.int32),
+            entered=np.array([self._number_of[name] for name in entered], np.int32),
+            front_m=np.array([vehicle.getPosition(name) for name in present], np.float64).reshape(-1, 2),
+            yaw_rad=np.array([yaw_from_sumo_angle(vehicle.getAngle(name)) for name in present], np.float64),
+            speed_mps=np.array([vehicle.getSpeed(name) for name in present], np.float64),
+            length_m=np.array([vehicle.getLength(name) for name in present], np.float64),
+            width_m=np.array([vehicle.getWidth(name) for name in present], np.float64),
+            sumo_id=tuple(present),
+        )

@@ -1,0 +1,38 @@
+"""Where the path of a steered vehicle has to go over to the lane beside it, and whether there is room for that."""
+
+import libsumo
+
+# Braking that a driver expects of those behind, and the time that they take to begin it.
+_BRAKE_MPS2, _REACTION_S = 4.5, 0.5
+_LEAST_GAP_M = 1.0
+# Bits of getNeighbors: leaders (not followers), and the right side (not the left).
+_LEADERS, _RIGHT = 2, 1
+
+
+def side_to_change_to(vehicle_id: str, path: str) -> int:
+    """Return 1 where the path, a lane's id, has to go over to the left, -1 to the right; 0 for neither, or no room."""
+    for lane_id, _, _, offset, *_ in libsumo.vehicle.getBestLanes(vehicle_id):
+        if lane_id == path and offset != 0:
+            side = 1 if offset > 0 else -1
+            return side if _has_room(vehicle_id, side) else 0
+    return 0
+
+
+def _has_room(vehicle_id: str, side: int) -> bool:
+    """Return whether nobody beside the vehicle would have to brake harder than one may expect."""
+    vehicle = libsumo.vehicle
+    own = vehicle.getSpeed(vehicle_id)
+    right = _RIGHT if side < 0 else 0
+    for name, gap_m in vehicle.getNeighbors(vehicle_id, right | _LEADERS):
+        if gap_m < _needed_m(own, vehicle.getSpeed(name)):
+            return False
+    for name, gap_m in vehicle.getNeighbors(vehicle_id, right):
+        if gap_m < _needed_m(vehicle.getSpeed(name), own):
+            return False
+    return True
+
+
+def _needed_m(behind_mps: float, ahead_mps: float) -> float:
+    """Return the gap that the one behind needs to come down to the speed of the one ahead."""
+    slower = max(0.0, behind_mps * behind_mps - ahead_mps * ahead_mps) / (2.0 * _BRAKE_MPS2)
+    return float(_LEAST_GAP_M + _REACTION_S * max(0.0, behind_mps - ahead_mps) + slower)
