@@ -182,14 +182,6 @@ def thresholds_by_rate(
     return answer
 
 
-def at_threshold(
-    detector: Detector, grid: Grid, rate: Rate, threshold: float, settle_s: float, threads: Threads | None = None
-) -> Calibrated:
-    """Return a threshold that is known, with the rate that it has."""
-    closed = replay(detector, grid, threshold, settle_s, threads)
-    return Calibrated(threshold, closed.rate(rate, closed))
-
-
 class Search:
     """Bisection for the threshold of one rate, over the quantiles of the open-loop statistic."""
 

@@ -2,8 +2,8 @@
 
 It is the threshold that `joint` has at 0.1 false alarms an hour, for a profile and association. A gate below the
 threshold of a detector would leak: the monitor would refuse fixes, and later take the vehicle back, without an alarm.
-The gate is found with a monitor that has none: so many benign vehicles reach it there as alarms are to begin. Until its
-first alarm a vehicle does the same in both, so that they are the same behind the gate, and there is nothing to iterate.
+So gate and threshold are one number, and it is looked for as one. Until its first alarm a vehicle does as with a
+monitor that has no gate, so that only those are looked at again that reach a gate there.
 """
 
 from collections.abc import Mapping
@@ -12,7 +12,7 @@ from math import inf
 import numpy as np
 
 from gpsec.core.threads import Threads
-from gpsec.detection.calibration import MIN_EVENTS, RATES, Calibrated, ReplayCounts, at_threshold, replay
+from gpsec.detection.calibration import MAX_ROUNDS, MIN_EVENTS, RATES, Calibrated, Rate, ReplayCounts, Search, replay
 from gpsec.detection.joint import Joint
 from gpsec.detection.logs import Grid
 from gpsec.detection.monitored import monitored
@@ -33,32 +33,42 @@ def gate_of(thresholds: Thresholds) -> float | None:
     return next((one.threshold for one in found if one is not None), None)
 
 
-def gate_from(opened: ReplayCounts) -> float | None:
-    """Return the gate that benign vehicles ask for behind an open one, None where there are too few for any rate."""
-    for name in _RATES:
-        rate = RATES[name]
-        if opened.expected(rate) >= MIN_EVENTS:
-            values = np.sort(opened.settled_peak if rate.per_hour else opened.statistic)
-            return float(values[-1 - round(opened.expected(rate))])
-    return None
+def search_gate(
+    opened: Grid, counts: ReplayCounts, rate: Rate, settle_s: float, threads: Threads | None = None
+) -> Calibrated | None:
+    """Search for the gate at which `joint`, with it as its threshold, has a rate, None where there is too little data.
 
-
-def with_gate(grid: Grid, settle_s: float, threads: Threads | None = None) -> tuple[Grid, float]:
-    """Find the gate on benign vehicles; return these with what the monitor says with it, and the gate.
-
-    It is infinite where there is too little data for any rate.
+    Args:
+        opened: benign vehicles, with what a monitor without a gate says.
+        counts: of `joint` on them, or on vehicles of which these are all that came near.
+        rate: that is wanted.
+        settle_s: samples before that age of a vehicle are seen but do not count.
+        threads: for the kernels.
     """
-    opened = replay(Joint(), monitored(grid, inf, threads, looks_back=False), inf, settle_s, threads)
-    gate = gate_from(opened)
-    gate = inf if gate is None else gate
-    return monitored(grid, gate, threads), gate
+    wanted = counts.expected(rate)
+    values = np.unique(counts.settled_peak if rate.per_hour else counts.statistic)
+    if wanted < MIN_EVENTS or not len(values):
+        return None
+    search = Search(rate, values, max(len(values) - 1 - round(wanted), 0))
+    for _ in range(MAX_ROUNDS):
+        near = monitored(opened.select(counts.peak > search.trial), search.trial, threads, looks_back=False)
+        search.learn(replay(Joint(), near, search.trial, settle_s, threads).rate(rate, counts))
+        if search.finished:
+            break
+    return search.best
 
 
-def at_gate(
-    found: dict[str, Calibrated | None], grid: Grid, gate: float, settle_s: float, threads: Threads | None = None
-) -> dict[str, Calibrated | None]:
-    """Return thresholds of `joint` by rate, of which the strictest is the gate, with the rate that it has with it."""
-    strictest = next((rate for rate in _RATES if found.get(rate) is not None), None)
-    if strictest is None:
-        return found
-    return {**found, strictest: at_threshold(Joint(), grid, RATES[strictest], gate, settle_s, threads)}
+def with_gate(grid: Grid, settle_s: float, threads: Threads | None = None) -> tuple[Grid, dict[str, Calibrated | None]]:
+    """Find the gate on benign vehicles.
+
+    Returns:
+        The vehicles with what the monitor says with the gate, and the gate by its rate; without one, where there is too
+        little data for any rate, the gate is open.
+    """
+    opened = monitored(grid, inf, threads, looks_back=False)
+    counts = replay(Joint(), opened, inf, settle_s, threads)
+    for name in _RATES:
+        gate = search_gate(opened, counts, RATES[name], settle_s, threads)
+        if gate is not None:
+            return monitored(grid, gate.threshold, threads), {name: gate}
+    return monitored(grid, inf, threads), {}

@@ -1,6 +1,6 @@
 """Thresholds of rare false alarms, from many hours of benign driving that are looked at piece by piece."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from gpsec.core.threads import Threads
 from gpsec.detection.base import Detector
 from gpsec.detection.calibration import MAX_ROUNDS, MIN_EVENTS, RATES, Calibrated, Rate, Search, replay
 from gpsec.detection.extremes import counted_interval, modelled_thresholds
-from gpsec.detection.gate import GATED_AT, GATED_BY
+from gpsec.detection.gate import GATED_AT, GATED_BY, search_gate
 from gpsec.detection.logs import Grid
 from gpsec.detection.monitored import monitored
 
@@ -77,17 +77,12 @@ class Harvest:
             search.learn(self._onsets(search.trial, threads) / self.hours)
             if search.finished:
                 break
-        best = search.best
-        if best is None:
-            return None
-        return self._bounded(best.threshold, round(best.achieved * self.hours))
+        return None if search.best is None else self.bounded(search.best)
 
-    def at(self, threshold: float, threads: Threads | None = None) -> Calibrated:
-        """Return a threshold that is known, with the rate that it has."""
-        return self._bounded(threshold, self._onsets(threshold, threads))
-
-    def _bounded(self, threshold: float, onsets: int) -> Calibrated:
-        return Calibrated(threshold, onsets / self.hours, *counted_interval(onsets, self.hours))
+    def bounded(self, found: Calibrated) -> Calibrated:
+        """Return a threshold that was counted with the interval of its rate."""
+        bounds = counted_interval(round(found.achieved * self.hours), self.hours)
+        return Calibrated(found.threshold, found.achieved, *bounds)
 
     def _onsets(self, threshold: float, threads: Threads | None) -> int:
         """Return the alarms that begin in the closed loop."""
@@ -124,9 +119,10 @@ class GatedHarvest:
         near = Grid.joined(self.near)
         by_name = {harvest.detector.name: harvest for harvest in self.harvests}
         first = by_name[GATED_BY]
-        wanted = RARE[GATED_AT].value * first.hours
-        told = wanted >= MIN_EVENTS
-        gate = float(np.sort(np.concatenate(first.peaks))[-1 - round(wanted)]) if told else gate
+        opened = monitored(near, np.inf, threads, looks_back=False)
+        counts = replace(replay(first.detector, opened, np.inf, first.settle_s, threads), hours=first.hours)
+        found = search_gate(opened, counts, RARE[GATED_AT], first.settle_s, threads)
+        gate = gate if found is None else found.threshold
         gated = monitored(near, gate, threads)
         thresholds = {}
         for name, harvest in by_name.items():
@@ -134,6 +130,6 @@ class GatedHarvest:
             harvest.near = [gated]
             harvest.peaks = [replay(harvest.detector, gated, np.inf, harvest.settle_s, threads).settled_peak]
             thresholds[name] = harvest.calibrated(threads)
-        if told:
-            thresholds[GATED_BY][GATED_AT] = first.at(gate, threads)
+        if found is not None:
+            thresholds[GATED_BY][GATED_AT] = first.bounded(found)
         return thresholds

@@ -3,13 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import fields, is_dataclass
 from importlib.metadata import version
-from math import inf
 from typing import Any
 
 from gpsec.core.threads import Threads
 from gpsec.detection.base import Detector
 from gpsec.detection.calibration import RATES, Calibrated, thresholds_by_rate
-from gpsec.detection.gate import GATED_BY, at_gate, with_gate
+from gpsec.detection.gate import GATED_BY, with_gate
 from gpsec.detection.learned import Learned, OnStage, silent
 from gpsec.detection.logs import Grid, ResidualLog
 from gpsec.detection.models import ProfileModel
@@ -39,7 +38,8 @@ def train_one(
     learned: dict[str, Learned] = {}
     thresholds: dict[str, dict[str, Calibrated | None]] = {rate: {} for rate in RATES}
     settings: dict[str, Any] = {}
-    grid, gate = Grid.of(calibration), inf
+    grid = Grid.of(calibration)
+    gate: dict[str, Calibrated | None] = {}
     if any(DETECTORS[name].reads_monitor for name in detectors):
         progress("gate of the monitor", 0, 1)
         grid, gate = with_gate(grid, settle_s, threads)
@@ -57,7 +57,7 @@ def train_one(
         settings[name] = _settings(detector)
         found = thresholds_by_rate(detector, grid, settle_s, progress, threads)
         if name == GATED_BY:
-            found = at_gate(found, grid, gate, settle_s, threads)
+            found |= gate
         for rate, one in found.items():
             thresholds[rate][name] = one
     provenance = {
