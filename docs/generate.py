@@ -9,7 +9,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-from gpsec.scenario.schema import SCHEMA_FILE, SECTIONS, json_schema, section_of
+from gpsec.scenario.schema import NESTED, SCHEMA_FILE, SECTIONS, json_schema, section_of
 
 DOCS = Path(__file__).parent
 _BLOCK = re.compile(r"(<!-- keys: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
@@ -38,9 +38,17 @@ def table(section: dict[str, Any]) -> str:
     for key, says in section["properties"].items():
         if key in SECTIONS:
             continue
-        default = "must be given" if key in section.get("required", []) else _toml(says.get("default"))
-        rows.append(f"| `{key}` | {default} | {_values(says)} | {says['description']} |")
+        if key in NESTED:
+            rows += [row(f"{key}.{inner}", of, []) for inner, of in says["properties"].items()]
+            continue
+        rows.append(row(key, says, section.get("required", [])))
     return "\n".join(rows) + "\n"
+
+
+def row(key: str, says: dict[str, Any], required: list[str]) -> str:
+    """Return a key as a row."""
+    default = "must be given" if key in required else _toml(says.get("default"))
+    return f"| `{key}` | {default} | {_values(says)} | {says['description']} |"
 
 
 def _toml(value: Any) -> str:

@@ -27,7 +27,7 @@ from gpsec.pipeline.batched import BatchedMethod
 from gpsec.pipeline.filter_noise import filter_noise
 from gpsec.pipeline.fleet_choice import FleetChoice, run_profiles
 from gpsec.pipeline.loop import LoopSettings, Move, follow_fronts
-from gpsec.pipeline.mismatch import lane_mistakes, map_error, mismatch, zone_files
+from gpsec.pipeline.mismatch import lane_mistakes, map_error, mismatch, tapes, zone_files
 from gpsec.scenario import Scenario
 from gpsec.scenario.parts import use
 from gpsec.scenario.traffic import sumo_options
@@ -94,7 +94,7 @@ def lay_ground(scenario: Scenario) -> Ground:
     association = Associating(scenario.fleet.association, hd_map.roads(layers), noise, options.step_s)
     view = MapView(hd_map.lanes, hd_map.index, association.mode, layers)
     world = World(view, noise, options.step_s)
-    sensors = Sensors(profiles, options.step_s, mismatch(scenario))
+    sensors = Sensors(profiles, options.step_s, mismatch(scenario), tapes(scenario, profiles, options.step_s))
     return Ground(options, choice, hd_map, sensors, world, association)
 
 

@@ -18,10 +18,17 @@ from gpsec.localization.registry import RESPONSES
 from gpsec.scenario import Scenario, parts
 from gpsec.scenario.traffic import sumo_options
 from gpsec.sensors.registry import PROFILES
+from gpsec.sensors.shipped_tapes import load_tape
 from gpsec.traffic.input_files import input_files
 
 # Settings that change what a run costs, and nothing in its tables.
-_WITHOUT_EFFECT: dict[str, Any] = {"sumocfg": True, "threads": True, "parts": True, "detection": {"models"}}
+_WITHOUT_EFFECT: dict[str, Any] = {
+    "sumocfg": True,
+    "threads": True,
+    "parts": True,
+    "detection": {"models"},
+    "fleet": {"camera": {"tape"}, "gnss": {"tape"}},
+}
 # Layers that start runs or read their tables.
 _BESIDE = ABOVE - {"engine", "pipeline", "reference", "scenario"}
 # Libraries that have a part in a table, with either engine; their versions are in the manifest too.
@@ -61,6 +68,10 @@ def fingerprint(scenario: Scenario) -> str:
             digest.update(b"".join(contents) if contents else name.encode())
     for content in _outside(scenario):
         digest.update(content.encode())
+    for tape in (scenario.fleet.camera.tape, scenario.fleet.gnss.tape):
+        if tape is not None:
+            digest.update(load_tape(tape)[1].encode())
+        digest.update(b";")
     if scenario.detection.models is not None:
         digest.update(_folder(Path(scenario.detection.models)))
     for name, installed in {**versions(), "Python": platform.python_version(), "machine": platform.machine()}.items():

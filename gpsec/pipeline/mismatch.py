@@ -1,4 +1,4 @@
-"""The `[world]` section of a scenario becomes what sensors, map and receivers are told."""
+"""The `[world]` section and the tapes of a scenario become what sensors, map and receivers are told."""
 
 from collections.abc import Sequence
 
@@ -7,11 +7,15 @@ from gpsec.hdmap.map import HDMap
 from gpsec.scenario import Scenario
 from gpsec.sensors.mismatch import Mismatch
 from gpsec.sensors.multipath import Places, drawn_multipath, scattered_multipath
+from gpsec.sensors.profiles import SensorProfile
 from gpsec.sensors.sense import Sensors
 from gpsec.sensors.shared_errors import SharedErrors
+from gpsec.sensors.shipped_tapes import load_tape
+from gpsec.sensors.tapes import Tapes, check_tape
 from gpsec.traffic.options import SumoOptions
 from gpsec.types.camera import LaneMistakes
 from gpsec.types.drawn_zones import DrawnZone
+from gpsec.types.tapes import Tape
 
 
 def map_error(scenario: Scenario) -> MapError:
@@ -38,6 +42,21 @@ def mismatch(scenario: Scenario) -> Mismatch:
         heading=world.heading_factor,
         common_share=world.gnss_common_share,
     )
+
+
+def tapes(scenario: Scenario, profiles: Sequence[SensorProfile], step_s: float) -> Tapes:
+    """Return the tapes that are played in the place of noise.
+
+    Raises:
+        GpsecError: one cannot be played for these profiles.
+    """
+    names = {"gnss": scenario.fleet.gnss.tape, "camera": scenario.fleet.camera.tape}
+    loaded: dict[str, Tape] = {}
+    for kind, name in names.items():
+        if name is not None:
+            loaded[kind], _ = load_tape(name)
+            check_tape(loaded[kind], f"fleet.{kind}.tape: {name}", kind, profiles, step_s)
+    return Tapes(loaded.get("gnss"), loaded.get("camera"))
 
 
 def lane_mistakes(scenario: Scenario) -> LaneMistakes:

@@ -16,6 +16,7 @@ from gpsec.scenario.outside import NOTHING, Outside, load_parts
 from gpsec.scenario.overrides import Override, apply
 from gpsec.scenario.paths import UNUSABLE, Found, expand, find, only_sumocfg, reason
 from gpsec.scenario.validation_errors import dotted, origin, quoted, sentence
+from gpsec.sensors.shipped_tapes import SUFFIX, load_tape
 
 
 def load_scenario(argument: str | Path, overrides: Sequence[Override] = (), outside: Outside = NOTHING) -> Scenario:
@@ -63,6 +64,7 @@ def _validated(
     raw["sumocfg"] = _sumocfg(raw, found, file, changes)
     raw.setdefault("name", _as_name(raw["sumocfg"], found))
     _find_models(raw, found, file, changes)
+    _find_tapes(raw, found, file, changes)
     _load_parts(raw, found, file, changes, outside)
     if isinstance(raw.get("plans"), list):
         raw["plans"] = [_plan(table, place, file, changes) for place, table in enumerate(raw["plans"])]
@@ -120,6 +122,30 @@ def _find_models(raw: dict[str, Any], found: Found, file: str, overrides: list[O
     if not there:
         raise GpsecError(f"{source}: detection.models: expected a folder with models, found none at {shown(path)}")
     raw["detection"] = {**section, "models": str(path)}
+
+
+def _find_tapes(raw: dict[str, Any], found: Found, file: str, overrides: list[Override]) -> None:
+    """Replace the files of tapes by their full paths, and read them once: what is wrong with them is said now."""
+    fleet = raw.get("fleet")
+    if not isinstance(fleet, dict):
+        return
+    for sensor in ("camera", "gnss"):
+        section = fleet.get(sensor)
+        stated = section.get("tape") if isinstance(section, dict) else None
+        if not isinstance(section, dict) or not isinstance(stated, str) or stated == "none":
+            continue
+        key = ("fleet", sensor, "tape")
+        source = origin(key, file, overrides)
+        try:
+            if stated.endswith(SUFFIX):
+                stated = str(expand(stated, found.folder if source == file else Path()))
+            load_tape(stated)
+        except UNUSABLE as error:
+            said = f"expected a tape, found {quoted(stated)}: {reason(error)}"
+            raise GpsecError(f"{source}: {dotted(key)}: {said}") from None
+        except GpsecError as error:
+            raise GpsecError(f"{source}: {dotted(key)}: {error}") from None
+        raw["fleet"] = fleet = {**fleet, sensor: {**section, "tape": stated}}
 
 
 def _load_parts(raw: dict[str, Any], found: Found, file: str, overrides: list[Override], outside: Outside) -> None:

@@ -10,10 +10,12 @@ from gpsec.attacks.plans import PlanConfig
 from gpsec.attacks.registry import ATTACKS
 from gpsec.scenario import choices
 from gpsec.scenario.model import MAX_NAME, NAME, Scenario
-from gpsec.scenario.sections import Defence
+from gpsec.scenario.sections import CameraSection, Defence, ReceiverSection
 
 SCHEMA_FILE = "gpsec.schema.json"
 SECTIONS = ("fleet", "world", "traffic", "detection", "localization", "outcomes", "defences", "plans")
+NESTED: dict[str, type[BaseModel]] = {"camera": CameraSection, "gnss": ReceiverSection}
+"""Tables in the section `fleet`."""
 _DIALECT = "http://json-schema.org/draft-07/schema#"
 _ATTRIBUTE = re.compile(r"    ([a-z]\w*(?:, [a-z]\w*)*): (.*)")
 
@@ -33,6 +35,8 @@ def json_schema() -> dict[str, Any]:
         {"enum": choices.profiles()},
         {"type": "object", "properties": shares, "additionalProperties": False, "minProperties": 1},
     ]
+    for key, nested in NESTED.items():
+        properties["fleet"]["properties"][key] = _plain(nested)
     detection = properties["detection"]["properties"]
     detection["detectors"] |= {"items": {"enum": choices.detectors()}, "uniqueItems": True}
     detection["rates"] |= {"items": {"enum": choices.false_alarm_rates()}, "uniqueItems": True}

@@ -35,6 +35,29 @@ def _profile_shares(value: Any) -> Any:
     return {value: 1.0} if isinstance(value, str) else value
 
 
+class CameraSection(Section):
+    """What lane cameras are made of.
+
+    Attributes:
+        tape: recorded errors that are played back in the place of the profiles' noise, bias and outages: the name of a
+            tape that gpsec comes with, or a file ending in `.npz`, relative to the scenario's folder, in a flag to the
+            current one; unset takes the profiles' figures.
+    """
+
+    tape: Annotated[str | None, Unset] = None
+
+
+class ReceiverSection(Section):
+    """What GNSS receivers are made of.
+
+    Attributes:
+        tape: recorded errors that are played back in the place of the profiles' white noise, changes of the bias and
+            outages, beside an offset that is constant for a journey; as for the camera.
+    """
+
+    tape: Annotated[str | None, Unset] = None
+
+
 class FleetSection(Section):
     """Who takes part.
 
@@ -45,12 +68,15 @@ class FleetSection(Section):
         association: how a vehicle knows which lane it is on: `tracked` from its own sensors; `nearest` takes the lane
             nearest to each fix, as in the paper; `oracle`, a bound, is told by the simulator.
         settle_s: seconds on the road before a vehicle is scored or attacked.
+        camera, gnss: tables of their own, which all profiles of the run share.
     """
 
     equipped_share: float = Field(1.0, gt=0.0, le=1.0)
     profile: Annotated[Mapping[str, float], BeforeValidator(_profile_shares)] = Field({"carla": 1.0})
     association: str = ASSOCIATIONS[0]
     settle_s: float = Field(10.0, ge=0.0, le=600.0)
+    camera: CameraSection = CameraSection()
+    gnss: ReceiverSection = ReceiverSection()
 
     @model_validator(mode="before")
     @classmethod

@@ -13,6 +13,7 @@ from gpsec.sensors.profiles import SensorProfile
 from gpsec.sensors.sense_kernels import enter_rows, sense_rows
 from gpsec.sensors.state import SensorState
 from gpsec.sensors.table import LATENCY, ProfileTable, pack
+from gpsec.sensors.tapes import NO_TAPES, Tapes
 from gpsec.types.vehicles import Measurements, Vehicles
 
 
@@ -24,6 +25,7 @@ class Sensors:
         profiles: those of the run; `Vehicles.profile` is an index into them.
         step_s: length of a step.
         mismatch: by what they differ from their data sheets.
+        tapes: in the place of noise, bias and outages.
 
     Raises:
         GpsecError: there is no profile, or one appears twice.
@@ -32,6 +34,7 @@ class Sensors:
     profiles: tuple[SensorProfile, ...]
     step_s: float
     mismatch: Mismatch = AS_STATED
+    tapes: Tapes = NO_TAPES
 
     def __post_init__(self) -> None:
         if not self.step_s > 0.0:
@@ -41,7 +44,8 @@ class Sensors:
     @cached_property
     def table(self) -> ProfileTable:
         """What the sensors do, as arrays for kernels."""
-        return self.mismatch.applied(self.stated)
+        table = self.mismatch.applied(self.stated)
+        return self.tapes.applied(table)
 
     @cached_property
     def stated(self) -> ProfileTable:
@@ -79,3 +83,4 @@ class Sensors:
         of the step in the run (from 0). Where a sample is missing, its mask is false and its value the last one.
         """
         threads.run(sense_rows, rows, step, self.step_s, vehicles, self.table, state.now, measurements)
+        self.tapes.play(rows, step, self.step_s, vehicles, self.table, self.mismatch, measurements, threads)

@@ -11,6 +11,7 @@ from gpsec.sensors.mismatch import AS_STATED, Mismatch
 from gpsec.sensors.profiles import SensorProfile
 from gpsec.sensors.sense import Sensors
 from gpsec.sensors.state import SensorState
+from gpsec.sensors.tapes import NO_TAPES, Tapes
 from gpsec.testing.contract import STEP_S
 from gpsec.types.vehicles import Measurements, Vehicles
 
@@ -25,6 +26,7 @@ class Drive:
         seed: of their keys.
         step_s: length of a step.
         mismatch: by what the sensors differ from their data sheets.
+        tapes: in the place of their noise.
         sensors, state: of the vehicles.
         step: number of the last step, -1 before the first.
     """
@@ -34,12 +36,13 @@ class Drive:
     seed: int = 1
     step_s: float = STEP_S
     mismatch: Mismatch = AS_STATED
+    tapes: Tapes = NO_TAPES
     sensors: Sensors = field(init=False)
     state: Table[SensorState] = field(init=False)
     step: int = field(init=False, default=-1)
 
     def __post_init__(self) -> None:
-        self.sensors = Sensors(self.profiles, self.step_s, self.mismatch)
+        self.sensors = Sensors(self.profiles, self.step_s, self.mismatch, self.tapes)
         self._vehicles, self._measurements = Table(Vehicles, self.count), Table(Measurements, self.count)
         self.state = self.sensors.new_state(self.count)
         self.tables = [self.state, self._vehicles, self._measurements]

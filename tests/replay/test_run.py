@@ -16,7 +16,8 @@ from gpsec.replay.prepare import lay, order_of, place_order, replay_scenario_of
 from gpsec.replay.readers import read_drive
 from gpsec.replay.running import replay_log
 from gpsec.scenario.overrides import parse_set
-from gpsec.types.tapes import read_tape
+from gpsec.types.tapes import read_tape, write_tape
+from tests.sensors.test_tapes import recorded
 
 from .logs import csv_log, table, way
 
@@ -135,14 +136,16 @@ def test_a_lane_change_blinds_the_camera_for_a_while(tmp_path):
 
 def test_the_same_log_gives_the_same_bytes_for_two_threads(tmp_path):
     log = csv_log(tmp_path, table(way(DRIVE_S)))
-    one, two = (replayed(log, tmp_path / str(n), f"threads={n}", "fleet.profile=carla") for n in (1, 2))
+    one, two = (replayed(log, tmp_path / str(n), f"threads={n}") for n in (1, 2))
     for name in ("events.csv", "vehicles.csv", "errors.csv", "gnss.tape.npz"):
         assert (one / name).read_bytes() == (two / name).read_bytes()
 
 
-def test_both_engines_see_the_same(tmp_path):
+def test_both_engines_see_the_same_with_a_tape_for_the_camera(tmp_path):
     log = csv_log(tmp_path, table(way(DRIVE_S)))
-    sets = ('detection.detectors=["chi_square"]', 'detection.rates=["1e-3/sample"]')
+    write_tape(recorded(pieces=3), tmp_path / "tape.npz")
+    tape = f'fleet.camera.tape="{tmp_path / "tape.npz"}"'
+    sets = ('detection.detectors=["chi_square"]', 'detection.rates=["1e-3/sample"]', tape)
     one, other = (replayed(log, tmp_path / engine, f"engine={engine}", *sets) for engine in ("batched", "reference"))
     events = [pd.read_csv(folder / "events.csv") for folder in (one, other)]
     pd.testing.assert_frame_equal(*events, rtol=1e-6)
