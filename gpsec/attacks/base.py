@@ -18,8 +18,8 @@ from gpsec.core.tables import Table
 class Victims:
     """The tracks of one plan whose attack is active in this step; m of them.
 
-    The attacker is taken to know where the road lies (its map) and what an undefended victim believes; it
-    knows nothing of detectors.
+    The attacker is taken to know where the road lies (its map), where that has no markings for a camera, and what an
+    undefended victim believes; it knows nothing of detectors.
 
     Attributes:
         rows: (m,) track rows, for the attack's own state.
@@ -30,6 +30,7 @@ class Victims:
         lane_yaw_rad: (m,) direction of the lane at the vehicle.
         lane_width_m: (m,) of that lane.
         left_lane, right_lane: (m,) there is a lane of either direction beside it on that side.
+        blind: (m,) no lane is marked where the vehicle is, so that its camera sees none.
         deviation_m: (m,) cross-track error of the undefended estimate after the last step, left positive.
         past_fix: past_fix(delay_s) gives the latest honest fixes (m, 2) that are at least that old, and (m,) whether
             the vehicle has had one so early.
@@ -46,6 +47,7 @@ class Victims:
     lane_width_m: Floats
     left_lane: Flags
     right_lane: Flags
+    blind: Flags
     deviation_m: Floats
     past_fix: Callable[[float], tuple[Floats, Flags]]
 

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Mapping
 from pydantic import ValidationError
 
 from gpsec.attacks.base import Attack
+from gpsec.attacks.blind_drift import BlindDrift
 from gpsec.attacks.constant_bias import ConstantBias
 from gpsec.attacks.drift import Drift
 from gpsec.attacks.jamming import Jamming
@@ -21,6 +22,7 @@ _OWN: tuple[type[Attack], ...] = (
     Stealth,
     TwoStage,
     Drift,
+    BlindDrift,
     Noise,
     Replay,
     Jamming,

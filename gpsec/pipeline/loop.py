@@ -276,6 +276,7 @@ class Loop:
                 lane_width_m=vehicles.lane_width_m[vehicle],
                 left_lane=left[of_it],
                 right_lane=right[of_it],
+                blind=~vehicles.marked[vehicle],
                 deviation_m=tracks.deviation_m[chosen],
                 past_fix=past_fixes(self._history.now, vehicle, step, self._clock.step_s),
             )

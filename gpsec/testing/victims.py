@@ -37,6 +37,7 @@ def make_victims(m: int = 1, **given: object) -> Victims:
         "lane_width_m": np.full(m, 3.2),
         "left_lane": np.zeros(m, np.bool_),
         "right_lane": np.zeros(m, np.bool_),
+        "blind": np.zeros(m, np.bool_),
         "deviation_m": np.zeros(m),
         "past_fix": no_past,
     }
@@ -59,6 +60,7 @@ class Surroundings:
     lane_width_m: np.ndarray
     left_lane: np.ndarray
     right_lane: np.ndarray
+    blind: np.ndarray
     deviation_m: np.ndarray
     key: np.ndarray
     began: np.ndarray
@@ -77,6 +79,7 @@ class Surroundings:
             deviation_m=rng.normal(0.0, 0.4, (steps, m)),
             key=np.array([vehicle_key(9, f"w{i}") for i in range(m)], np.uint64),
             began=rng.integers(10, 40, m),
+            blind=rng.random((steps, m)) < 0.3,
         )
 
     def take(self, order: np.ndarray) -> "Surroundings":
@@ -135,6 +138,7 @@ def drive(
             lane_width_m=world.lane_width_m[step, on],
             left_lane=world.left_lane[step, on],
             right_lane=world.right_lane[step, on],
+            blind=world.blind[step, on],
             deviation_m=world.deviation_m[step, on],
             past_fix=past_fix,
         )

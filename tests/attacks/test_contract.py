@@ -19,13 +19,14 @@ CASES = [
     AttackCase(ATTACKS["stealth"], {"gamma_m": 0.5, "cap_m": 2.0}),
     AttackCase(ATTACKS["two_stage"], {"timeout_s": 1.0, "update_s": 0.3}),
     AttackCase(ATTACKS["drift"], {"cap_m": 0.5}),
+    AttackCase(ATTACKS["blind_drift"], {"rate_mps": 2.0}),
     AttackCase(ATTACKS["noise"]),
     AttackCase(ATTACKS["replay"], {"delay_s": 1.5}, denies_fixes=True),
     AttackCase(ATTACKS["jamming"], denies_fixes=True),
     AttackCase(ATTACKS["lane_alias"]),
     AttackCase(ATTACKS["lane_alias"], {"side": "right"}),
 ]
-WITH_STATE = {"two_stage", "lane_alias"}
+WITH_STATE = {"two_stage", "lane_alias", "blind_drift"}
 
 
 def test_the_table_has_every_attack() -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from gpsec.attacks.base import Attack, NoState, Spoofed, Victims, powers, unit_vectors
+from gpsec.attacks.blind_drift import BlindDrift
 from gpsec.attacks.constant_bias import ConstantBias
 from gpsec.attacks.drift import Drift
 from gpsec.attacks.jamming import Jamming
@@ -66,6 +67,15 @@ def test_stealth_with_a_cap_below_its_start_is_constant() -> None:
 def test_stealth_defaults_are_what_the_docstring_says() -> None:
     moved = displacement(Stealth(side="as_given"), make_victims(3, elapsed_s=np.array([0.0, 5.0, 10.0])))[:, 1]
     assert moved == pytest.approx([0.02, 0.23, 2.63], abs=0.005)  # 1.05^50 = 11.467, 1.05^100 = 131.50
+
+
+def test_blind_drift_grows_only_where_the_camera_is_blind_to_its_cap() -> None:
+    attack = BlindDrift(rate_mps=1.0, cap_m=0.25, side="as_given")
+    state, moved = attack.new_state(2).now, []
+    for first in (True, False, True, True):
+        victims = make_victims(2, blind=np.array([first, False]))
+        moved.append(attack.apply(victims, state).fix_m[:, 1].tolist())
+    assert np.array(moved) == near([[0.1, 0], [0.1, 0], [0.2, 0], [0.25, 0]])
 
 
 def test_drift_is_linear_to_its_cap() -> None:
