@@ -147,4 +147,4 @@ def use_heading(state: Association, row: int, roads: Roads, layer: int, heading:
         beyond = abs(at.offset_m) - 0.5 * roads.sides.width_m[state.lane[row, h]]
         if beyond > CROSSED_M and at.cosine >= MIN_COS:
             ray = Ray(place.x, place.y, cos(heading), sin(heading))
-            propose_beside(state, row, roads, layer, h, at.offset_m > 0.0, ray, state.weight[row, h] - 1.0)
+            propose_beside(state, row, roads, layer, h, at.offset_m > 0.0, ray, state.weight[row, h])

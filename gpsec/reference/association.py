@@ -266,7 +266,7 @@ class TrackAssociation:
             at = self._beside(lane, one, heading_rad)
             beyond = abs(at.offset_m) - self._width(lane) / 2.0
             if beyond > CROSSED_M and cos(at.turn_rad) >= MIN_COS:
-                self._propose_neighbour(lane, one, at.offset_m > 0.0, one.weight - 1.0, heading_rad)
+                self._propose_neighbour(lane, one, at.offset_m > 0.0, one.weight, heading_rad)
 
     def _settle(self, free: FreeFilter | None, heading_rad: float) -> None:
         best = self._best()
