@@ -1,7 +1,7 @@
 """What a log says of each sensor, beside what a profile says: the table `errors.csv`."""
 
 from collections.abc import Iterator
-from math import degrees, exp, nan, pi, sqrt
+from math import degrees, nan, pi, sqrt
 
 import numpy as np
 import pandas as pd
@@ -84,7 +84,7 @@ def _structure(series: ErrorSeries, axis: str, values: Floats, profile: SensorPr
     number = int((~series.missing).sum())
     found = {lag: root_structure(series, values, lag) for lag in LAGS_S if lag * series.rate_hz >= 0.999}
     for lag, figure in found.items():
-        says = profile_root_structure_m(profile, lag)
+        says = sqrt(profile.gnss.structure_m2(lag))
         yield _row(("gnss", axis, f"√structure {lag:g} s", "m"), figure, number, says, "gnss")
     known = {lag: one.value for lag, one in found.items() if one.value > 0.0}
     if len(known) < _FEWEST_LAGS:
@@ -95,17 +95,10 @@ def _structure(series: ErrorSeries, axis: str, values: Floats, profile: SensorPr
         ("fit: white_m", "m", fit.white_m),
         ("fit: wander_mps", "m/s", wander.rate_mps),
         ("fit: wander_tau_s", "s", wander.rate_tau_s),
-        ("fit: bias_tau_s", "s", wander.hold_s),
+        ("fit: wander_hold_s", "s", wander.hold_s),
         ("fit: worst ratio", "", fit.worst_ratio),
     ):
         yield _row(("gnss", axis, name, unit), value, number)
-
-
-def profile_root_structure_m(profile: SensorProfile, lag_s: float) -> float:
-    """Return √structure of one axis of a profile's fixes: √(2·white² + 2·bias²·(1 - exp(-lag/τ)))."""
-    gnss = profile.gnss
-    slow_m2 = 2.0 * gnss.bias_m**2 * (1.0 - exp(-lag_s / gnss.bias_tau_s))
-    return sqrt(2.0 * gnss.white_m**2 + slow_m2)
 
 
 def _slow(profile: SensorProfile) -> float:

@@ -2,11 +2,12 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from math import cos, sin
 
 import numpy as np
 
-from gpsec.core.arrays import Ints
+from gpsec.core.arrays import Floats, Ints
 from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
 from gpsec.replay.chain import lane_id
@@ -119,6 +120,12 @@ class LoggedSensors(Sensors):
     """
 
     drive: SteppedDrive = field(kw_only=True)
+
+    @cached_property
+    def common_shares(self) -> Floats:
+        """(P,) nothing is in common where fixes are the log's: what receivers share is in them."""
+        own = super().common_shares
+        return np.zeros_like(own) if len(self.drive.fix_m) else own
 
     def sense(
         self,

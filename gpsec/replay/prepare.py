@@ -29,7 +29,7 @@ _ATTACK_S = 30.0
 
 
 @dataclass(frozen=True)
-class Order:
+class LogOrder:
     """What is replayed.
 
     Attributes:
@@ -71,7 +71,7 @@ def lay(log: DriveLog) -> Laid:
     return Laid(log, drive, chain)
 
 
-def place_order(log: Path, reader: str | None, net: Path | None, copies: int) -> Order:
+def place_order(log: Path, reader: str | None, net: Path | None, copies: int) -> LogOrder:
     """Return the order for a log.
 
     Raises:
@@ -86,10 +86,10 @@ def place_order(log: Path, reader: str | None, net: Path | None, copies: int) ->
         )
     if net is not None and not net.is_file():
         raise GpsecError(f"--net {net}: no such net file")
-    return Order(str(log.resolve()), name, str(net.resolve()) if net else "", copies, content_digest(log))
+    return LogOrder(str(log.resolve()), name, str(net.resolve()) if net else "", copies, content_digest(log))
 
 
-def prepare(order: Order) -> Path:
+def prepare(order: LogOrder) -> Path:
     """Return the SUMO configuration of a log, which stands for it in a scenario; it is kept in the cache.
 
     Raises:
@@ -108,7 +108,7 @@ def prepare(order: Order) -> Path:
     return folder / _CONFIG
 
 
-def _fill(folder: Path, order: Order, laid: Laid | None, told: str) -> None:
+def _fill(folder: Path, order: LogOrder, laid: Laid | None, told: str) -> None:
     net = order.net
     if laid is not None:
         write_chain(laid.chain, laid.log.projection, folder / _NET)
@@ -129,7 +129,7 @@ def _fill(folder: Path, order: Order, laid: Laid | None, told: str) -> None:
     )
 
 
-def order_of(scenario: Scenario) -> Order | None:
+def order_of(scenario: Scenario) -> LogOrder | None:
     """Return the order that a scenario stands for, None where it is no log's.
 
     Raises:
@@ -140,14 +140,14 @@ def order_of(scenario: Scenario) -> Order | None:
         return None
     with in_a_sentence(f"{path}: cannot be read"):
         told = json.loads(path.read_text("utf-8"))
-    order = Order(**{name: told[name] for name in Order.__dataclass_fields__})
+    order = LogOrder(**{name: told[name] for name in LogOrder.__dataclass_fields__})
     if content_digest(Path(order.log)) != order.digest:
         raise GpsecError(f"{order.log}: the log has changed since this run was prepared; replay it again")
     return order
 
 
 def replay_scenario_of(
-    order: Order, config: Path | None, changes: Sequence[Override], outside: Outside = NOTHING
+    order: LogOrder, config: Path | None, changes: Sequence[Override], outside: Outside = NOTHING
 ) -> Scenario:
     """Return the scenario of a log.
 

@@ -15,7 +15,7 @@ from gpsec.replay.figures import error_table
 from gpsec.replay.grid import SteppedDrive
 from gpsec.replay.log import DriveLog
 from gpsec.replay.logged import Driven, LoggedBodies, LoggedSensors, LoggedTraffic
-from gpsec.replay.prepare import Laid, Order, lay, order_of
+from gpsec.replay.prepare import Laid, LogOrder, lay, order_of
 from gpsec.replay.readers import FCD, read_drive
 from gpsec.replay.tape import receiver_tape
 from gpsec.replay.traffic import fcd_traffic
@@ -64,7 +64,7 @@ def _with_drive(drive: SteppedDrive, sensors: Sensors) -> LoggedSensors:
     return LoggedSensors(**given, drive=drive)
 
 
-def _write_errors(log: DriveLog, order: Order, scenario: Scenario, folder: Path) -> None:
+def _write_errors(log: DriveLog, order: LogOrder, scenario: Scenario, folder: Path) -> None:
     profile = PROFILES[next(iter(scenario.fleet.profile))]
     with whole(folder / f"{LOG_ERRORS}.csv") as partial_file:
         write_frame(error_table(log, scenario.name, profile), partial_file)
@@ -74,7 +74,7 @@ def _write_errors(log: DriveLog, order: Order, scenario: Scenario, folder: Path)
         write_tape(receiver_tape(series, "log", made), folder / LOG_TAPE)
 
 
-def _notes(laid: Laid, order: Order) -> list[str]:
+def _notes(laid: Laid, order: LogOrder) -> list[str]:
     """Return what is missing in a log and what stands for it, one sentence each."""
     log = laid.log
     missing = [title for name, title in _CHANNELS.items() if getattr(log, name) is None]

@@ -13,7 +13,7 @@ from gpsec.hdmap.net import read_net
 from gpsec.pipeline.run import StartTraffic
 from gpsec.replay.fcd import Seen, read_clock, steps
 from gpsec.replay.logged import LENGTH_M, WIDTH_M
-from gpsec.replay.prepare import Order
+from gpsec.replay.prepare import LogOrder
 from gpsec.traffic.names import VehicleNames
 from gpsec.traffic.offline import OfflineTraffic
 from gpsec.traffic.options import SumoOptions
@@ -155,7 +155,7 @@ class FcdTraffic(OfflineTraffic):
         )
 
 
-def fcd_traffic(order: Order) -> StartTraffic:
+def fcd_traffic(order: LogOrder) -> StartTraffic:
     """Return what starts the traffic of an order."""
 
     def start(options: SumoOptions, lane_index: Mapping[str, int], equip: Equip) -> FcdTraffic:

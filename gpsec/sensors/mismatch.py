@@ -1,8 +1,11 @@
 """By what the sensors of a run differ from their data sheets; filters and detectors are not told."""
 
 from dataclasses import dataclass
-from math import sqrt
 
+import numpy as np
+
+from gpsec.core.arrays import Floats
+from gpsec.sensors.smooth import RATE, RATE_KICK, REACH
 from gpsec.sensors.table import BIAS, KICK, UNKNOWN, WHITE, ProfileTable
 
 
@@ -17,7 +20,8 @@ class Mismatch:
         odometer: on white noise and scale error.
         gyro: on angle random walk and bias.
         heading: on white noise and slow error.
-        common_share: share of the variance of the slow error of fixes that all vehicles have in common.
+        common_share: share of the variance of the slow error of fixes that all vehicles have in common, where their
+            profile does not say.
     """
 
     gnss_white: float = 1.0
@@ -28,11 +32,17 @@ class Mismatch:
     heading: float = 1.0
     common_share: float = 0.0
 
+    def common_shares(self, stated: ProfileTable) -> Floats:
+        """Return (P,) which share of the slow error's variance all receivers have in common: the profile's, or ours."""
+        return np.where(stated.common > 0.0, stated.common, self.common_share)
+
     def applied(self, stated: ProfileTable) -> ProfileTable:
         """Return the table of what sensors do, given that of their data sheets; without the common error."""
         table = ProfileTable(*(channel.copy() for channel in stated))
         table.gnss[:, WHITE] *= self.gnss_white
-        table.gnss[:, [BIAS, KICK]] *= self.gnss_slow * sqrt(1.0 - self.common_share)
+        own = self.gnss_slow * np.sqrt(1.0 - self.common_shares(stated))[:, None]
+        table.gnss[:, [BIAS, KICK]] *= own
+        table.wander[:, [RATE, RATE_KICK, REACH]] *= own
         table.camera[:, UNKNOWN] *= self.camera
         for channel, factor in (
             (table.odometer, self.odometer),

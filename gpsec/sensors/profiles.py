@@ -6,10 +6,15 @@ a mean rate and last exponentially long; ``outage_mean_s = 0`` makes each last a
 """
 
 from collections.abc import Mapping
-from math import sqrt
+from math import exp, sqrt
 from typing import Self
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from gpsec.sensors.smooth import Wander
+
+_WANDER = ("wander_mps", "wander_tau_s", "wander_hold_s")
 
 
 class Sourced(BaseModel):
@@ -57,11 +62,48 @@ class Gnss(Channel):
     Attributes:
         white_m: white noise of a fix.
         bias_m, bias_tau_s: slow error (atmosphere, orbits, multipath, map alignment of a fused pose).
+        wander_mps, wander_tau_s, wander_hold_s: the slow error wanders smoothly instead (`gpsec.sensors.smooth`): σ and
+            correlation time of its rate, and time constant of the leak that holds it. What it leaves of `bias_m` is
+            constant for a journey; `bias_tau_s` is then what filters take for the whole.
+        common_share: share of the variance of the slow error that all receivers in a run have in common.
     """
 
     white_m: float = Field(ge=0.0, le=100.0)
     bias_m: float = Field(ge=0.0, le=100.0)
     bias_tau_s: float = Field(gt=0.0, le=1e6)
+    wander_mps: float | None = Field(None, gt=0.0, le=10.0)
+    wander_tau_s: float | None = Field(None, gt=0.0, le=600.0)
+    wander_hold_s: float | None = Field(None, gt=0.0, le=1e5)
+    common_share: float | None = Field(None, gt=0.0, le=1.0)
+
+    @property
+    def wander(self) -> Wander | None:
+        """The smooth wander, None where the slow error is a Gauss-Markov bias."""
+        if self.wander_mps is None or self.wander_tau_s is None or self.wander_hold_s is None:
+            return None
+        return Wander(self.wander_mps, self.wander_tau_s, self.wander_hold_s)
+
+    @property
+    def offset_m(self) -> float:
+        """Standard deviation of what is constant for a journey beside a wander."""
+        return sqrt(self.bias_m**2 - self.wander.sigma_m**2) if self.wander is not None else self.bias_m
+
+    def structure_m2(self, lag_s: float) -> float:
+        """Return the mean square of how far the error of an axis goes in a lag: 2·white² and that of the slow error."""
+        if self.wander is not None:
+            slow_m2 = float(self.wander.structure_m2(np.array([lag_s]))[0])
+        else:
+            slow_m2 = 2.0 * self.bias_m**2 * (1.0 - exp(-lag_s / self.bias_tau_s))
+        return 2.0 * self.white_m**2 + slow_m2
+
+    @model_validator(mode="after")
+    def _wander_is_whole(self) -> Self:
+        given = [key for key in _WANDER if getattr(self, key) is not None]
+        if given and len(given) < len(_WANDER):
+            raise ValueError(f"expected {', '.join(_WANDER)} together, found {', '.join(given)}")
+        if self.wander is not None and self.wander.sigma_m > self.bias_m:
+            raise ValueError(f"expected a wander within bias_m = {self.bias_m:g} m, found {self.wander.sigma_m:.3g} m")
+        return self
 
 
 class Gyro(Channel):

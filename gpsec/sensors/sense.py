@@ -4,16 +4,18 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import ceil, floor
 
-from gpsec.core.arrays import Ints
+from gpsec.core.arrays import Floats, Ints
 from gpsec.core.errors import GpsecError
 from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
 from gpsec.sensors.mismatch import AS_STATED, Mismatch
 from gpsec.sensors.profiles import SensorProfile
 from gpsec.sensors.sense_kernels import enter_rows, sense_rows
+from gpsec.sensors.smooth import RATE
 from gpsec.sensors.state import SensorState
 from gpsec.sensors.table import LATENCY, ProfileTable, pack
 from gpsec.sensors.tapes import NO_TAPES, Tapes
+from gpsec.sensors.wander import enter_wander, wander_fixes
 from gpsec.types.vehicles import Measurements, Vehicles
 
 
@@ -52,6 +54,15 @@ class Sensors:
         """What the data sheets of the profiles say, as arrays."""
         return pack(self.profiles, self.step_s)
 
+    @cached_property
+    def common_shares(self) -> Floats:
+        """(P,) share of the variance of the slow error of fixes that all receivers have in common."""
+        return self.mismatch.common_shares(self.stated)
+
+    @cached_property
+    def _wanders(self) -> bool:
+        return bool((self.table.wander[:, RATE] > 0.0).any())
+
     def new_state(self, capacity: int) -> Table[SensorState]:
         """Return the sensors' own arrays for `capacity` vehicle rows."""
         table = self.table
@@ -67,6 +78,8 @@ class Sensors:
         """
         state.reset(rows)
         enter_rows(rows, step, vehicles, self.table, state.now)
+        if self._wanders:
+            enter_wander(rows, step, vehicles, self.table.wander, state.now)
 
     def sense(
         self,
@@ -83,4 +96,6 @@ class Sensors:
         of the step in the run (from 0). Where a sample is missing, its mask is false and its value the last one.
         """
         threads.run(sense_rows, rows, step, self.step_s, vehicles, self.table, state.now, measurements)
+        if self._wanders:
+            threads.run(wander_fixes, rows, step, vehicles, self.table.wander, state.now, measurements)
         self.tapes.play(rows, step, self.step_s, vehicles, self.table, self.mismatch, measurements, threads)

@@ -5,10 +5,16 @@ standard deviation σ of r, p' = -p/T + r. Its power spectrum is 2σ²b/((ω² +
 """
 
 from dataclasses import dataclass
+from math import exp, sqrt
 
 import numpy as np
 
 from gpsec.core.arrays import Floats
+
+# Columns of `ProfileTable.wander`: σ of the rate, its decay and kick over a step; decay of what it has led to, and how
+# far a rate leads in a step; σ of that in the long run, and its correlation with the rate.
+RATE, RATE_DECAY, RATE_KICK, HOLD_DECAY, GAIN, REACH, TOGETHER = range(7)
+NO_WANDER = (0.0,) * 7
 
 
 @dataclass(frozen=True)
@@ -45,3 +51,13 @@ class Wander:
         none = np.zeros(1)
         found: Floats = 2.0 * (self.covariance_m2(none)[0] - self.covariance_m2(np.asarray(lag_s, float)))
         return np.maximum(found, 0.0)
+
+
+def wander_row(wander: Wander | None, step_s: float) -> tuple[float, ...]:
+    """Return the columns of a wander for steps of a length; zeros for none."""
+    if wander is None:
+        return NO_WANDER
+    decay, held = exp(-step_s / wander.rate_tau_s), exp(-step_s / wander.hold_s)
+    together = wander.rate_mps / ((1.0 / wander.hold_s + 1.0 / wander.rate_tau_s) * wander.sigma_m)
+    kick = wander.rate_mps * sqrt(1.0 - decay * decay)
+    return (wander.rate_mps, decay, kick, held, (1.0 - held) * wander.hold_s, wander.sigma_m, together)

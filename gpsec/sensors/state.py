@@ -19,6 +19,7 @@ class SensorState(NamedTuple):
     Attributes:
         started: (N,) a step has been sensed since the vehicle entered.
         gnss_bias_m: (N, 2) east and north.
+        wander_mps, wander_m: (N, 2) rate of the smooth wander of fixes, and where it has led to.
         gyro_bias_rps, heading_bias_rad, camera_bias_m: (N,) Gauss-Markov biases.
         odometer_scale: (N,) constant of the journey, as a ratio.
         mount_m: (N,) offset of the camera, constant of the vehicle.
@@ -34,6 +35,8 @@ class SensorState(NamedTuple):
 
     started: Flags = blank(False)
     gnss_bias_m: Floats = blank(0.0, 2)
+    wander_mps: Floats = blank(0.0, 2)
+    wander_m: Floats = blank(0.0, 2)
     gyro_bias_rps: Floats = blank(0.0)
     heading_bias_rad: Floats = blank(0.0)
     camera_bias_m: Floats = blank(0.0)

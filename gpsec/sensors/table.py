@@ -1,7 +1,7 @@
 """The profiles of a run as arrays for kernels, one row a profile, in SI units and per step."""
 
 from collections.abc import Callable, Sequence
-from math import exp, pi, radians, sqrt
+from math import exp, inf, pi, radians, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -9,6 +9,7 @@ import numpy as np
 from gpsec.core.arrays import Floats
 from gpsec.core.errors import GpsecError
 from gpsec.sensors.profiles import Channel, SensorProfile
+from gpsec.sensors.smooth import wander_row
 
 # Columns of a channel: samples per step (1 means one in every step); latency in steps, with its fraction; probability
 # per step that an outage begins and that it is over; σ of the white noise of a sample; stationary σ of the bias (of
@@ -25,6 +26,8 @@ class ProfileTable(NamedTuple):
     Attributes:
         gnss, gyro, odometer, heading: (P, 8).
         camera: (P, 13).
+        wander: (P, 7), see `gpsec.sensors.smooth`.
+        common: (P,) share of the variance of the slow error of fixes that all receivers have in common.
     """
 
     gnss: Floats
@@ -32,6 +35,8 @@ class ProfileTable(NamedTuple):
     odometer: Floats
     heading: Floats
     camera: Floats
+    wander: Floats
+    common: Floats
 
 
 def angle_random_walk_rps(arw_deg_per_sqrt_h: float, mean_s: float) -> float:
@@ -100,7 +105,8 @@ def pack(profiles: Sequence[SensorProfile], step_s: float) -> ProfileTable:
             profiles,
             step_s,
             lambda p: p.gnss,
-            lambda p: (p.gnss.white_m, p.gnss.bias_m, p.gnss.bias_tau_s),
+            # Beside a wander, the bias is an offset that never changes.
+            lambda p: (p.gnss.white_m, p.gnss.offset_m, inf if p.gnss.wander else p.gnss.bias_tau_s),
         ),
         gyro=_channel(
             profiles,
@@ -126,4 +132,6 @@ def pack(profiles: Sequence[SensorProfile], step_s: float) -> ProfileTable:
             lambda p: (radians(p.heading.white_deg), radians(p.heading.bias_deg), p.heading.bias_tau_s),
         ),
         camera=np.concatenate([camera, lenses], axis=1),
+        wander=np.array([wander_row(profile.gnss.wander, step_s) for profile in profiles]),
+        common=np.array([profile.gnss.common_share or 0.0 for profile in profiles]),
     )

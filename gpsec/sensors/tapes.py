@@ -15,6 +15,7 @@ from gpsec.core.threads import Threads
 from gpsec.sensors.mismatch import Mismatch
 from gpsec.sensors.profiles import Channel, SensorProfile
 from gpsec.sensors.sense_kernels import CONSTANT
+from gpsec.sensors.smooth import NO_WANDER
 from gpsec.sensors.table import BIAS, DECAY, KICK, OUTAGE_BEGIN, TRUST, WHITE, ProfileTable
 from gpsec.sensors.tape_loop import TapeLoop, make_loop
 from gpsec.types.tapes import Tape
@@ -96,6 +97,7 @@ class Tapes:
         if self.gnss is not None:
             made.gnss[:, [WHITE, KICK, OUTAGE_BEGIN]] = 0.0
             made.gnss[:, DECAY] = 1.0
+            made.wander[:] = NO_WANDER
         if self.camera is not None:
             made.camera[:, [WHITE, BIAS, KICK, OUTAGE_BEGIN]] = 0.0
         return made

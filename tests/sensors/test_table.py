@@ -57,7 +57,7 @@ def test_outages_are_probabilities_per_step():
 
 def test_one_row_a_profile_in_their_order():
     table = pack([profile("a", gnss={"latency_s": 0.25}), profile("b")], 0.1)
-    assert [len(array) for array in table] == [2] * 5
+    assert {len(array) for array in table} == {2}
     np.testing.assert_allclose(table.gnss[:, LATENCY], [2.5, 0.0])
 
 
