@@ -53,7 +53,7 @@ def replay(
     ] = False,
     jobs: Annotated[int | None, typer.Option(min=1, metavar="N", help="Logs at a time. [default: the cores]")] = None,
 ) -> int:
-    """Replay logs: sensors as they were, attacks in the real fixes; tables, errors.csv and a tape.
+    """Replay logs: sensors as they were, attacks in the real fixes; tables, errors.csv, a tape and log.html.
 
     \b
     Examples:
@@ -79,7 +79,6 @@ def replay(
         if found.name in scenarios:
             raise GpsecError(f"{log}: another log is called {found.name}; replay them one after the other")
         scenarios[found.name] = found
-    # The page of a run draws what was logged, where it was; there is no traffic to simulate again.
     return _run(list(scenarios.values()), Output(out, overwrite, resume, report=True), jobs or cores())
 
 
@@ -89,6 +88,7 @@ def _run(scenarios: "Sequence[Scenario]", output: "Output", jobs: int) -> int:
     from gpsec.console.bars import display
     from gpsec.console.terminal import messages
     from gpsec.replay.running import replay_log as run
+    from gpsec.report.log_page import write_log_page
     from gpsec.running.batch import claimed
 
     console = messages()
@@ -98,4 +98,8 @@ def _run(scenarios: "Sequence[Scenario]", output: "Output", jobs: int) -> int:
         with display(console, batch.names) as show:
             outcome = batch.run(jobs, show, run)
         refused = batch.publish(outcome)
-        return aftermath.tell(batch, outcome, refused, output, console)
+        status = aftermath.tell(batch, outcome, refused, output, console)
+        for folder in batch.written(outcome):
+            if page := write_log_page(folder):
+                console.note(f"gpsec: profile against log: {page}")
+        return status

@@ -31,9 +31,18 @@ class ErrorSeries:
 
     def across_and_along(self) -> Floats:
         """Return the (L, 2) errors across the way, left positive, and along it."""
-        cosine, sine = np.cos(self.yaw_rad), np.sin(self.yaw_rad)
-        east, north = self.errors[:, 0], self.errors[:, 1]
-        return np.column_stack([cosine * north - sine * east, cosine * east + sine * north])
+        return across_along(self.errors, self.yaw_rad)
+
+    def changes(self) -> Floats:
+        """Return the same of what the errors are less their mean, which does not turn with the way."""
+        return across_along(self.errors - self.errors[~self.missing].mean(axis=0), self.yaw_rad)
+
+
+def across_along(east_north: Floats, yaw_rad: Floats) -> Floats:
+    """Return (L, 2) vectors across directions, left positive, and along them."""
+    cosine, sine = np.cos(yaw_rad), np.sin(yaw_rad)
+    east, north = east_north.T
+    return np.column_stack([cosine * north - sine * east, cosine * east + sine * north])
 
 
 def fix_errors(log: DriveLog) -> ErrorSeries | None:

@@ -6,7 +6,6 @@ from math import degrees, nan, pi, sqrt
 import numpy as np
 import pandas as pd
 
-from gpsec.core.arrays import Floats
 from gpsec.replay.errors import ErrorSeries, fix_errors, speed_errors, yaw_rate_errors
 from gpsec.replay.log import DriveLog
 from gpsec.replay.statistics import (
@@ -18,6 +17,7 @@ from gpsec.replay.statistics import (
     fit_wander,
     root_mean_square,
     root_structure,
+    root_structures,
 )
 from gpsec.sensors.profiles import SensorProfile
 
@@ -69,20 +69,22 @@ def _of_fixes(log: DriveLog, profile: SensorProfile) -> Iterator[_FigureRow]:
     if fixes is not None and (fixes.time_s != fixes.valid_s).any():
         age_s = float(np.mean(fixes.time_s - fixes.valid_s))
         yield _row(("gnss", "", "latency", "s"), age_s, number, gnss.latency_s, "gnss.latency_s")
-    errors = series.across_and_along()
-    for axis, values in zip(_AXES, errors.T, strict=True):
+    first = root_structures(series, 1.0 / series.rate_hz)
+    for place, axis in enumerate(_AXES):
+        values, changes = series.across_and_along()[:, place], series.changes()[:, place]
         yield _row(("gnss", axis, "mean", "m"), average(series, values), number)
         yield _row(("gnss", axis, "rms", "m"), root_mean_square(series, values), number, _slow(profile), "gnss.bias_m")
-        yield _row(("gnss", axis, "sd in the drive", "m"), deviation(series, values), number)
-        fix_to_fix = root_structure(series, values, 1.0 / series.rate_hz)
+        yield _row(("gnss", axis, "sd in the drive", "m"), root_mean_square(series, changes), number)
+        fix_to_fix = first[place]
         half = LogFigure(*(value / sqrt(2.0) for value in (fix_to_fix.value, fix_to_fix.low, fix_to_fix.high)))
         yield _row(("gnss", axis, "fix to fix / √2", "m"), half, number, gnss.white_m, "gnss.white_m")
-        yield from _structure(series, axis, values, profile)
+        yield from _structure(series, place, profile)
 
 
-def _structure(series: ErrorSeries, axis: str, values: Floats, profile: SensorProfile) -> Iterator[_FigureRow]:
+def _structure(series: ErrorSeries, place: int, profile: SensorProfile) -> Iterator[_FigureRow]:
+    axis = _AXES[place]
     number = int((~series.missing).sum())
-    found = {lag: root_structure(series, values, lag) for lag in LAGS_S if lag * series.rate_hz >= 0.999}
+    found = {lag: root_structures(series, lag)[place] for lag in LAGS_S if lag * series.rate_hz >= 0.999}
     for lag, figure in found.items():
         says = sqrt(profile.gnss.structure_m2(lag))
         yield _row(("gnss", axis, f"√structure {lag:g} s", "m"), figure, number, says, "gnss")

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from gpsec.core.arrays import Flags, Floats
-from gpsec.replay.errors import ErrorSeries
+from gpsec.replay.errors import ErrorSeries, across_along
 from gpsec.sensors.smooth import Wander
 
 LAGS_S = (0.1, 1.0, 5.0, 10.0, 30.0, 120.0)
@@ -70,10 +70,26 @@ def root_structure(series: ErrorSeries, values: Floats, lag_s: float) -> LogFigu
     lag = max(round(lag_s * series.rate_hz), 1)
     if len(values) < 2 * lag + 1:
         return LogFigure(np.nan, np.nan, np.nan)
-    number = np.searchsorted(series.piece, np.arange(len(values)), side="right")
-    there = ~series.missing[lag:] & ~series.missing[:-lag] & (number[lag:] == number[:-lag])
     step = values[lag:] - values[:-lag]
-    return mean_of(step * step, there, series.rate_hz, np.sqrt)
+    return mean_of(step * step, _with_those_later(series, lag), series.rate_hz, np.sqrt)
+
+
+def root_structures(series: ErrorSeries, lag_s: float) -> tuple[LogFigure, LogFigure]:
+    """Return the same of errors of fixes, across and along the way as it was before the lag."""
+    lag = max(round(lag_s * series.rate_hz), 1)
+    if len(series.errors) < 2 * lag + 1:
+        return (LogFigure(np.nan, np.nan, np.nan),) * 2
+    there = _with_those_later(series, lag)
+    step = across_along(series.errors[lag:] - series.errors[:-lag], series.yaw_rad[:-lag])
+    across, along = (mean_of(axis * axis, there, series.rate_hz, np.sqrt) for axis in step.T)
+    return across, along
+
+
+def _with_those_later(series: ErrorSeries, lag: int) -> Flags:
+    """Return which samples are there, and the one a lag later in the same piece, too."""
+    number = np.searchsorted(series.piece, np.arange(len(series.missing)), side="right")
+    both: Flags = ~series.missing[lag:] & ~series.missing[:-lag] & (number[lag:] == number[:-lag])
+    return both
 
 
 def autocorrelation(series: ErrorSeries, values: Floats, lag_s: float) -> float:
