@@ -41,12 +41,18 @@ F1_SLACK = {"stealth": 0.002}
 
 
 def scenario(network: str, preset: str, duration_s: float) -> Scenario:
-    """Return a network with the detectors at all rates, and the attacks."""
+    """Return a network with the detectors at all rates, and the attacks, for the profile of which it has most.
+
+    Another one would have false alarms of its own, and the table of stress pools profiles.
+    """
     found = load_scenario(ROOT / "scenarios" / network)
+    shares = found.fleet.profile
+    profile = max(shares, key=lambda name: shares[name])
     watching = {"detectors": DETECTORS, "rates": RATES, "monitor": preset}
     changes = {
         "name": f"{network}-{preset}",
         "duration_s": duration_s,
+        "fleet": found.fleet.model_copy(update={"profile": {profile: 1.0}}),
         "detection": found.detection.model_copy(update=watching),
         "defences": (Defence(detector="never", response="none"),),
         "plans": tuple(plan_config(dict(attack), "joint") for attack in ATTACKS),
