@@ -15,6 +15,15 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from gpsec.sensors.smooth import Wander
 
 _WANDER = ("wander_mps", "wander_tau_s", "wander_hold_s")
+_TAILS = ("tail_share", "tail_factor")
+_WRONG_LINE = ("wrong_line_per_h", "wrong_line_mean_s", "wrong_line_m")
+
+
+def _require_together(model: BaseModel, keys: tuple[str, ...]) -> None:
+    """Refuse some of the figures that mean something together only."""
+    given = [key for key in keys if getattr(model, key) is not None]
+    if given and len(given) < len(keys):
+        raise ValueError(f"expected {', '.join(keys)} together, found {', '.join(given)}")
 
 
 class Sourced(BaseModel):
@@ -98,9 +107,7 @@ class Gnss(Channel):
 
     @model_validator(mode="after")
     def _wander_is_whole(self) -> Self:
-        given = [key for key in _WANDER if getattr(self, key) is not None]
-        if given and len(given) < len(_WANDER):
-            raise ValueError(f"expected {', '.join(_WANDER)} together, found {', '.join(given)}")
+        _require_together(self, _WANDER)
         if self.wander is not None and self.wander.sigma_m > self.bias_m:
             raise ValueError(f"expected a wander within bias_m = {self.bias_m:g} m, found {self.wander.sigma_m:.3g} m")
         return self
@@ -154,6 +161,10 @@ class Camera(Channel):
         range_m: length of lane that the polynomial is fitted to.
         field_of_view_deg: horizontal; a curve leaves it before the range ends.
         trust_limit_m: the camera reports no lane when the σ that it states for C0 exceeds this.
+        tail_share, tail_factor: share of the samples whose white noise is so many times as large.
+        slope_correlation: of the white errors of C0 and C1; negative, since C0 is drawn on from paint that is ahead.
+        wrong_line_per_h, wrong_line_mean_s, wrong_line_m: times in an hour that a wrong line is taken, how long that
+            lasts, and by how much C0 is off meanwhile, to either side; the stated σ says nothing of it.
     """
 
     white_m: float = Field(ge=0.0, le=10.0)
@@ -163,6 +174,18 @@ class Camera(Channel):
     range_m: float = Field(ge=5.0, le=200.0)
     field_of_view_deg: float = Field(ge=10.0, le=180.0)
     trust_limit_m: float = Field(gt=0.0, le=10.0)
+    tail_share: float | None = Field(None, gt=0.0, lt=1.0)
+    tail_factor: float | None = Field(None, ge=1.0, le=100.0)
+    slope_correlation: float | None = Field(None, gt=-1.0, lt=1.0)
+    wrong_line_per_h: float | None = Field(None, gt=0.0, le=36_000.0)
+    wrong_line_mean_s: float | None = Field(None, gt=0.0, le=3_600.0)
+    wrong_line_m: float | None = Field(None, gt=0.0, le=10.0)
+
+    @model_validator(mode="after")
+    def _faults_are_whole(self) -> Self:
+        _require_together(self, _TAILS)
+        _require_together(self, _WRONG_LINE)
+        return self
 
 
 class SensorProfile(Sourced):

@@ -8,6 +8,8 @@ from gpsec.core.arrays import Floats, Ints
 from gpsec.core.errors import GpsecError
 from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
+from gpsec.sensors.faults import NO_FAULTS
+from gpsec.sensors.lane_faults import fault_lanes
 from gpsec.sensors.mismatch import AS_STATED, Mismatch
 from gpsec.sensors.profiles import SensorProfile
 from gpsec.sensors.sense_kernels import enter_rows, sense_rows
@@ -63,6 +65,10 @@ class Sensors:
     def _wanders(self) -> bool:
         return bool((self.table.wander[:, RATE] > 0.0).any())
 
+    @cached_property
+    def _has_faults(self) -> bool:
+        return bool((self.table.faults != NO_FAULTS).any())
+
     def new_state(self, capacity: int) -> Table[SensorState]:
         """Return the sensors' own arrays for `capacity` vehicle rows."""
         table = self.table
@@ -98,4 +104,6 @@ class Sensors:
         threads.run(sense_rows, rows, step, self.step_s, vehicles, self.table, state.now, measurements)
         if self._wanders:
             threads.run(wander_fixes, rows, step, vehicles, self.table.wander, state.now, measurements)
+        if self._has_faults:
+            threads.run(fault_lanes, rows, step, vehicles, self.table, state.now, measurements)
         self.tapes.play(rows, step, self.step_s, vehicles, self.table, self.mismatch, measurements, threads)

@@ -20,6 +20,7 @@ class SensorState(NamedTuple):
         started: (N,) a step has been sensed since the vehicle entered.
         gnss_bias_m: (N, 2) east and north.
         wander_mps, wander_m: (N, 2) rate of the smooth wander of fixes, and where it has led to.
+        wrong_line: (N,) side of the wrong line that the camera shows: 1 left, -1 right, 0 for none.
         gyro_bias_rps, heading_bias_rad, camera_bias_m: (N,) Gauss-Markov biases.
         odometer_scale: (N,) constant of the journey, as a ratio.
         mount_m: (N,) offset of the camera, constant of the vehicle.
@@ -37,6 +38,7 @@ class SensorState(NamedTuple):
     gnss_bias_m: Floats = blank(0.0, 2)
     wander_mps: Floats = blank(0.0, 2)
     wander_m: Floats = blank(0.0, 2)
+    wrong_line: Floats = blank(0.0)
     gyro_bias_rps: Floats = blank(0.0)
     heading_bias_rad: Floats = blank(0.0)
     camera_bias_m: Floats = blank(0.0)

@@ -8,6 +8,7 @@ import numpy as np
 
 from gpsec.core.arrays import Floats
 from gpsec.core.errors import GpsecError
+from gpsec.sensors.faults import fault_row
 from gpsec.sensors.profiles import Channel, SensorProfile
 from gpsec.sensors.smooth import wander_row
 
@@ -27,6 +28,7 @@ class ProfileTable(NamedTuple):
         gnss, gyro, odometer, heading: (P, 8).
         camera: (P, 13).
         wander: (P, 7), see `gpsec.sensors.smooth`.
+        faults: (P, 6), see `gpsec.sensors.faults`.
         common: (P,) share of the variance of the slow error of fixes that all receivers have in common.
     """
 
@@ -36,6 +38,7 @@ class ProfileTable(NamedTuple):
     heading: Floats
     camera: Floats
     wander: Floats
+    faults: Floats
     common: Floats
 
 
@@ -133,5 +136,6 @@ def pack(profiles: Sequence[SensorProfile], step_s: float) -> ProfileTable:
         ),
         camera=np.concatenate([camera, lenses], axis=1),
         wander=np.array([wander_row(profile.gnss.wander, step_s) for profile in profiles]),
+        faults=np.array([fault_row(profile.camera, step_s) for profile in profiles]),
         common=np.array([profile.gnss.common_share or 0.0 for profile in profiles]),
     )
