@@ -460,6 +460,7 @@ COMMANDS = [
     "calibrate",
     "paper",
     "stress",
+    "image",
 ]
 
 

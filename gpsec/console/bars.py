@@ -1,6 +1,7 @@
 """Progress of scenarios: bars on a terminal, a plain line now and then elsewhere."""
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Protocol, Self
@@ -102,6 +103,44 @@ class TotalBar:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._bar.stop()
+
+
+class Counted:
+    """What is counted, one thing after the other: a bar on a terminal, a line now and then elsewhere."""
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+        self._bars = RichProgress(
+            TextColumn("{task.description}", markup=False),
+            BarColumn(bar_width=24),
+            MofNCompleteColumn(),
+            TimeElapsedColumn(),
+            console=console,
+            disable=not console.is_terminal,
+        )
+
+    def begin(self, name: str) -> Callable[[int, int], None]:
+        """Begin to count something; what is returned takes how many are done, of how many."""
+        task = self._bars.add_task(name, total=None)
+        told = _Told(name, time.monotonic(), _FIRST_LINE_S)
+
+        def tell(done: int, of: int) -> None:
+            self._bars.update(task, completed=done, total=of)
+            now_s = time.monotonic()
+            if not self._console.is_terminal and (done == of or now_s - told.said_s >= told.pause_s):
+                told.said_s, told.pause_s = now_s, min(2.0 * told.pause_s, _LINE_EVERY_S)
+                self._console.print(f"{name}: {done}/{of}", markup=False, highlight=False, soft_wrap=True)
+
+        return tell
+
+    def __enter__(self) -> Self:
+        self._bars.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._bars.stop()
 
 
 class Lines:

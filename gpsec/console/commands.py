@@ -9,6 +9,7 @@ from gpsec.console.calibrate import calibrate
 from gpsec.console.check import check
 from gpsec.console.clean import clean
 from gpsec.console.demand import demand
+from gpsec.console.image import image
 from gpsec.console.importing import import_
 from gpsec.console.listing import list_
 from gpsec.console.new import new
@@ -104,3 +105,4 @@ _COMMANDS: dict[str, Callable[..., int | None]] = {
 }
 for _name, _command in _COMMANDS.items():
     app.command(_name)(_command)
+app.add_typer(image)

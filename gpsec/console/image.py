@@ -1,0 +1,262 @@
+"""`gpsec image`: the lane in pictures."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gpsec.console import options
+from gpsec.console.errors import say
+from gpsec.core.errors import GpsecError
+
+if TYPE_CHECKING:
+    from gpsec.imaging.film import Film
+
+image = typer.Typer(
+    name="image",
+    help="""Render, detect, calibrate and measure: the camera's lane by pictures; needs the extra 'image'.
+
+    \b
+    Examples:
+      gpsec image render scenarios/highway --vehicle ID --weather rain --out frames
+      gpsec image detect drive.mp4 --calibration calibration.json --overlay video
+      gpsec image measure scenarios/highway --weather good,night --out camera
+    """,
+)
+_Scenario = Annotated[str, typer.Argument(metavar="SCENARIO", help="As `gpsec run` takes it.")]
+_From = Annotated[float, typer.Option("--from", min=0.0, metavar="S", help="Simulated time of the first picture.")]
+_To = Annotated[float, typer.Option("--to", min=0.1, metavar="S", help="Simulated time of the last one.")]
+_Mounted = Annotated[
+    float,
+    typer.Option("--extrinsics-deg", min=0.0, max=5.0, metavar="DEG", help="Unknown error of mounting, σ of an axis."),
+]
+_Out = Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder to write to.")]
+
+
+@image.command("render")
+def image_render(
+    scenario: _Scenario,
+    out: _Out,
+    vehicle: Annotated[str, typer.Option(metavar="ID", help="Whose view; any vehicle of SUMO.")],
+    from_s: _From = 60.0,
+    to_s: _To = 70.0,
+    weather: Annotated[str, typer.Option(metavar="W", help="good, night, rain, rain-night, worn, shadows.")] = "good",
+    extrinsics_deg: _Mounted = 0.1,
+    set_: options.Set = None,
+) -> None:
+    """Render what the front camera of a vehicle shows, with the truth of each picture and the calibration.
+
+    \b
+    Examples:
+      gpsec image render scenarios/highway --vehicle f3.7 --from 60 --to 90 --weather rain --out frames
+      gpsec image detect frames --calibration frames/calibration.json --out lanes
+    """  # noqa: D301
+    from gpsec.imaging.opencv import opencv
+    from gpsec.imaging.views import render_view
+    from gpsec.imaging.weather import weather_of
+
+    opencv()
+    chosen = weather_of(weather)
+    with _progress() as bar:
+        film = _film(scenario, from_s, to_s, set_, bar)
+        count = render_view(film, vehicle, chosen, extrinsics_deg, out, bar("pictures"))
+    say(f"{out}: {count} pictures, truth.csv, calibration.json")
+
+
+@image.command("calibrate")
+def image_calibrate(
+    boards: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Pictures of a chessboard, for focal length and distortion.")
+    ] = None,
+    straight: Annotated[
+        Path | None, typer.Option(metavar="DIR|VIDEO", help="Frames of a straight lane, for pitch, yaw and height.")
+    ] = None,
+    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The calibration file.")] = Path(
+        "calibration.json"
+    ),
+    corners: Annotated[str, typer.Option(metavar="NxM", help="Inner corners of the board.")] = "9x6",
+    focal_px: Annotated[
+        float | None, typer.Option(min=10.0, max=1e5, metavar="PX", help="Focal length, where there are no boards.")
+    ] = None,
+    lane_width: Annotated[float, typer.Option(min=2.0, max=6.0, metavar="M", help="Of the straight lane.")] = 3.7,
+    ahead: Annotated[float, typer.Option(min=-5.0, max=20.0, metavar="M", help="From rear axle to camera.")] = 1.7,
+    hood_row: Annotated[int | None, typer.Option(min=1, metavar="ROW", help="First row that shows the hood.")] = None,
+) -> None:
+    """Calibrate a camera by pictures of a chessboard, and by frames of a straight lane.
+
+    \b
+    Examples:
+      gpsec image calibrate --boards boards --straight straight --lane-width 3.7 --out calibration.json
+      gpsec image calibrate --straight drive.mp4 --focal-px 870 --out calibration.json
+    """  # noqa: D301
+    from dataclasses import replace
+
+    from gpsec.imaging.calibrate import lens_of, mounted
+    from gpsec.imaging.calibration import write_calibration
+    from gpsec.imaging.camera import RoadCamera
+    from gpsec.imaging.frames import open_frames
+
+    board = _corners(corners)
+    if boards is not None:
+        lens = lens_of(list(open_frames(boards).shots()), board)
+        camera = lens.camera
+        say(f"{lens.boards} boards, corners within {lens.error_px:.2f} px; f {camera.fx:.1f} px")
+        if lens.left_out:
+            say(f"  left out, without a whole board or of another size: {', '.join(lens.left_out)}")
+    elif straight is not None and focal_px is not None:
+        first = next(open_frames(straight).shots()).picture
+        height, width = first.shape[:2]
+        middle = (0.5 * (width - 1), 0.5 * (height - 1))
+        camera = RoadCamera(width, height, focal_px, focal_px, *middle, hood_row=height)
+    else:
+        raise GpsecError("expected --boards, or --straight with --focal-px, found neither")
+    camera = replace(camera, x_m=ahead, hood_row=min(hood_row or camera.height, camera.height))
+    if straight is not None:
+        shots = [
+            shot for number, shot in enumerate(open_frames(straight).shots(camera)) if number % 25 == 0 or number < 5
+        ]
+        camera = mounted(camera, shots, lane_width)
+        say(f"pitch {camera.pitch_deg:.2f}°, yaw {camera.yaw_deg:.2f}°, height {camera.z_m:.2f} m")
+    write_calibration(camera, out)
+    say(out)
+
+
+@image.command("detect")
+def image_detect(
+    frames: Annotated[Path, typer.Argument(metavar="FRAMES|VIDEO", help="A folder of pictures, or a video.")],
+    calibration: Annotated[Path, typer.Option(metavar="FILE", help="Of the camera that took them.")],
+    out: _Out = Path("lanes"),
+    lane_width: Annotated[
+        float | None, typer.Option(min=2.0, max=6.0, metavar="M", help="As the map has it. [default: 2.6 to 4.2]")
+    ] = None,
+    memory: Annotated[
+        float | None, typer.Option(min=0.1, max=200.0, metavar="M", help="Average over this way, by the odometer.")
+    ] = None,
+    overlay: Annotated[str, typer.Option(metavar="KIND", help="none, pictures or video.")] = "none",
+    rate_hz: Annotated[float | None, typer.Option(min=0.01, max=1e3, metavar="HZ", help="Pictures a second.")] = None,
+) -> None:
+    """Find the lane in pictures: lanes.csv with C0 … C3 at the rear axle, width, stated σ, and whether it is valid.
+
+    \b
+    Examples:
+      gpsec image detect frames --calibration calibration.json --out lanes
+      gpsec image detect drive.mp4 --calibration calibration.json --overlay video
+    """  # noqa: D301
+    from gpsec.imaging.calibration import read_calibration
+    from gpsec.imaging.detect import LANES, detect_lanes
+    from gpsec.imaging.frames import open_frames
+    from gpsec.imaging.views import filled_folder
+
+    if overlay not in ("none", "pictures", "video"):
+        raise GpsecError(f"--overlay: expected none, pictures or video, found '{overlay}'")
+    camera = read_calibration(calibration)
+    found = open_frames(frames, rate_hz)
+    with _progress() as bar, filled_folder(out) as part:
+        seen = detect_lanes(
+            found, camera, part, width_m=lane_width, memory_m=memory, overlay=overlay, tell=bar("pictures")
+        )
+    jitter = "" if seen.jitter_m is None else f", C0 from one to the next {seen.jitter_m:.3f} m (σ/√2)"
+    say(f"{out / LANES}: a lane in {seen.lanes} of {seen.pictures} pictures{jitter}")
+
+
+@image.command("measure")
+def image_measure(
+    scenario: _Scenario,
+    out: _Out,
+    weather: Annotated[str, typer.Option(metavar="W,…", help="One after the other.")] = "good,night,rain,worn",
+    vehicles: Annotated[int, typer.Option(min=1, max=10000, metavar="N", help="How many, drawn by name.")] = 20,
+    from_s: _From = 60.0,
+    to_s: _To = 120.0,
+    extrinsics_deg: _Mounted = 0.1,
+    set_: options.Set = None,
+) -> None:
+    """Measure the errors of the image channel: errors.csv, a tape for each weather, and a figure.
+
+    What is done is kept in DIR/parts: where it was stopped, the same command goes on.
+
+    \b
+    Examples:
+      gpsec image measure scenarios/highway --weather good,rain --vehicles 20 --out camera
+      gpsec image measure scenarios/town --weather noiseless --extrinsics-deg 0 --out exact
+    """  # noqa: D301
+    from gpsec.core.version import __version__
+    from gpsec.imaging.error_table import SEEN_BY, figures_of, tape_of, write_errors
+    from gpsec.imaging.measure import Campaign
+    from gpsec.imaging.opencv import opencv
+    from gpsec.imaging.profile_figure import draw_profile
+    from gpsec.imaging.weather import weather_of
+    from gpsec.types.tapes import write_tape
+
+    opencv()
+    names = list(dict.fromkeys(name.strip() for name in weather.split(",")))
+    for name in names:
+        weather_of(name)
+    with _progress() as bar:
+        film = _film(scenario, from_s, to_s, set_, bar)
+        out.mkdir(parents=True, exist_ok=True)
+        campaign = Campaign(film, f"{scenario} {set_ or ''}", extrinsics_deg, out)
+        chosen = campaign.vehicles(vehicles)
+        measured = {}
+        for name in names:
+            tell = bar(name)
+            measured[name] = campaign.measure(name, chosen, tell)
+    short = Path(scenario).name
+    figures = [row for name in names for row in figures_of(short, name, measured[name], film.step_s)]
+    write_errors(figures, out / "errors.csv")
+    draw_profile(measured, film.step_s, out / "errors.png")
+    for name in names:
+        made = {
+            "made_by": f"gpsec {__version__} image measure",
+            "scenario": short,
+            "weather": name,
+            "from_s": from_s,
+            "to_s": to_s,
+            "vehicles": [film.names[vehicle] for vehicle in chosen],
+            "extrinsics_deg": extrinsics_deg,
+        }
+        for mode in SEEN_BY:
+            condition = name if mode == "single" else f"{name}-memory"
+            tape = tape_of(measured[name], mode, condition, film.step_s, made | {"mode": mode})
+            write_tape(tape, out / f"tape-{condition}.npz")
+    for row in figures:
+        say(
+            f"{row.weather} {row.mode} {row.place}: lost {row.lost_share:.1%}, "
+            f"C0 {row.c0_mean_m:+.3f} ± {row.c0_mad_m:.3f} m (MAD), p99 {row.c0_p99_m:.2f} m, "
+            f"C1 {row.c1_mad_deg:.2f}°, τ {row.tau_s:.1f} s, σ × {row.sigma_ratio:.2f}"
+        )
+    say(out / "errors.csv")
+
+
+def _film(scenario: str, from_s: float, to_s: float, sets: list[str] | None, bar: "_Bar") -> "Film":
+    """Run the traffic of a scenario and keep it from one time to another."""
+    from gpsec.imaging.film import film
+    from gpsec.scenario import load_scenario
+
+    if to_s <= from_s:
+        raise GpsecError(f"--to: expected more than --from ({from_s:g}), found {to_s:g}")
+    tell = bar("traffic (s)")
+    return film(
+        load_scenario(scenario, options.changes(sets, None)), from_s, to_s, lambda t, n: tell(round(t), round(to_s))
+    )
+
+
+_Bar = Callable[[str], Callable[[int, int], None]]
+
+
+@contextmanager
+def _progress() -> Iterator[_Bar]:
+    """Give what begins a bar (a line now and then, where there is no terminal) and returns what moves it on."""
+    from gpsec.console.bars import Counted
+    from gpsec.console.terminal import messages
+
+    with Counted(messages()) as bars:
+        yield bars.begin
+
+
+def _corners(text: str) -> tuple[int, int]:
+    parts = text.lower().split("x")
+    if len(parts) != 2 or not all(part.isdigit() and 2 <= int(part) <= 50 for part in parts):
+        raise GpsecError(f"--corners: expected two numbers of inner corners such as 9x6, found '{text}'")
+    return int(parts[0]), int(parts[1])
