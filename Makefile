@@ -7,7 +7,7 @@ READY := $(VENV)/.ready
 FRESH := build/fresh
 SCENARIOS := scenarios/town scenarios/highway scenarios/sharp_turns scenarios/slow_curve
 
-.PHONY: help setup constraints fleet-eval bench soak paper-tables train calibrate nets docs test test-all fuzz lint check clean
+.PHONY: help setup constraints fleet-eval closed-loop bench soak paper-tables train calibrate nets docs test test-all fuzz lint check clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
@@ -30,6 +30,11 @@ constraints: ## install the newest versions in a fresh environment, and write th
 
 fleet-eval: $(READY) ## run the four evaluation scenarios into results/fleet-eval
 	$(BIN)/gpsec run $(SCENARIOS) --out results/fleet-eval --overwrite
+
+closed-loop: $(READY) ## let town and highway steer by their estimates, and show what stealth does to the traffic
+	$(BIN)/gpsec run scenarios/town scenarios/highway --closed-loop --duration 120 \
+		--set 'closed_loop.worlds=[{plan="stealth"},{plan="stealth",defence="lstm_glr+ukf"}]' \
+		--out results/closed-loop --overwrite
 
 bench: $(READY) ## measure what it costs, against bare SUMO, into results/bench.json
 	$(BIN)/python -m benchmarks

@@ -8,7 +8,7 @@ from gpsec.console.errors import INTERRUPTED, complain
 from gpsec.console.terminal import Terminal, tables
 from gpsec.core.errors import GpsecError, MachineError
 from gpsec.core.system import in_a_sentence
-from gpsec.outcomes.naming import base_name
+from gpsec.outcomes.naming import base_name, scenario_of_world
 from gpsec.running.batch import Batch
 from gpsec.running.folders import resolved
 from gpsec.running.workers import Failure, Outcome
@@ -34,13 +34,19 @@ class Output:
     parquet: bool = False
 
     def groups(self, scenarios: Sequence[Scenario]) -> dict[Path, list[Scenario]]:
-        """Return the scenarios of each folder: those that differ in their seed have one."""
+        """Return the scenarios of each folder: one for those that differ in their seed, or in their world."""
         if self.out is not None:
             return {resolved(self.out): list(scenarios)}
         found: dict[Path, list[Scenario]] = {}
         for scenario in scenarios:
-            found.setdefault(resolved(Path("results") / base_name(scenario.name)), []).append(scenario)
+            found.setdefault(resolved(Path("results") / _folder_name(scenario)), []).append(scenario)
         return found
+
+
+def _folder_name(scenario: Scenario) -> str:
+    if scenario.closed_loop.world is None:
+        return base_name(scenario.name)
+    return f"{scenario_of_world(scenario.name)}-closed-loop"
 
 
 def tell(batch: Batch, outcome: Outcome, refused: Sequence[GpsecError], output: Output, messages: Terminal) -> int:
@@ -87,10 +93,14 @@ def _tell(folder: Path, messages: Terminal, output: Output) -> int:
 
 def _show(folder: Path) -> None:
     from gpsec.outcomes.summary import print_summary
+    from gpsec.outcomes.worlds_summary import print_worlds
 
     # The tables are laid out for this width, also in a file or a pipe.
     with in_a_sentence("the tables cannot be shown"):
-        print_summary(folder, tables(120))
+        if (folder / "worlds.csv").exists():
+            print_worlds(folder, tables(160))
+        else:
+            print_summary(folder, tables(120))
 
 
 def _write_parquet(folder: Path) -> None:

@@ -3,6 +3,7 @@
 import os
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from threading import Thread
@@ -19,6 +20,10 @@ if TYPE_CHECKING:
     from gpsec.scenario import Scenario
     from gpsec.scenario.outside import Outside
     from gpsec.scenario.overrides import Override
+
+
+# Of the closed loop where nothing says otherwise; claims need ten.
+_FIRST_LOOK_SEEDS = 3
 
 
 def run(
@@ -60,6 +65,10 @@ def run(
         int | None, typer.Option(min=1, metavar="N", help="Scenarios at a time. [default: the cores there are]")
     ] = None,
     threads: Annotated[int | None, typer.Option(metavar="N", help="Threads of each scenario (threads).")] = None,
+    closed_loop: Annotated[
+        bool,
+        typer.Option("--closed-loop", help="Let vehicles steer by their estimate, in worlds beside benign ones."),
+    ] = False,
     gui: Annotated[bool, typer.Option("--gui", help="Show the run in sumo-gui; one scenario.")] = False,
     gui_plan: Annotated[
         str | None, typer.Option("--gui-plan", metavar="PLAN", help="The attack that is shown. [default: the first]")
@@ -80,6 +89,7 @@ def run(
       gpsec run scenarios/town --duration 120 --seed 7 --profile consumer
       gpsec run scenarios/town --set plans.drift.rate_mps=0.2 --set fleet.equipped_share=0.3
       gpsec run scenarios/town --seeds 1-10 --jobs 2
+      gpsec run scenarios/town --closed-loop --seeds 1-10 --set closed_loop.on_alarm=stop
       gpsec run scenarios/* --out results/all --overwrite
       gpsec run scenarios/* --out results/all --resume
       gpsec run scenarios/town --gui --gui-plan spoofed_quarter --gui-defence lstm_glr+ukf
@@ -105,11 +115,27 @@ def run(
     changes += [Override(key, value, flag) for key, (value, flag) in flags.items() if value is not None]
     output = Output(out, overwrite, resume, report, format_ == "parquet")
     found = _read(scenarios, changes, Outside(tuple(part or ()), allow_code))
+    if closed_loop and gui:
+        raise GpsecError("--closed-loop: expected it without --gui")
     if seeds is not None:
         if seed is not None or gui:
             raise GpsecError(f"--seeds {seeds}: expected it without {'--gui' if gui else '--seed'}")
-        found = [one for scenario in found for one in with_seeds(scenario, parse_seeds(seeds))]
+        if not closed_loop:
+            found = [one for scenario in found for one in with_seeds(scenario, parse_seeds(seeds))]
+    if closed_loop:
+        found = [world for one in found for world in _worlds(one, seed, parse_seeds(seeds) if seeds else ())]
+        output = replace(output, report=False)
     return _run(found, output, jobs or cores(), shown)
+
+
+def _worlds(scenario: "Scenario", seed: int | None, seeds: Sequence[int]) -> "list[Scenario]":
+    """Return the worlds of a scenario: with the seeds that are asked for, those of its section, or three."""
+    from gpsec.scenario.worlds import with_worlds
+
+    if not seeds and seed is None:
+        stated = "seeds" in scenario.closed_loop.model_fields_set
+        seeds = range(1, 1 + (scenario.closed_loop.seeds if stated else _FIRST_LOOK_SEEDS))
+    return with_worlds(scenario, seeds or [scenario.seed])
 
 
 def _read(arguments: Sequence[str], overrides: "Sequence[Override]", outside: "Outside") -> "list[Scenario]":

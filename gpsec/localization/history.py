@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gpsec.core.arrays import Floats, Ints
+from gpsec.core.arrays import Flags, Floats, Ints
 from gpsec.core.kernels import inline, kernel
 from gpsec.core.tables import Table, blank
 from gpsec.localization.state import Branches
@@ -50,11 +50,13 @@ class History(NamedTuple):
 
     Attributes:
         recorded: (N,) steps recorded so far; step i is at i % L.
+        due: (N,) this step is not yet recorded.
         motion: (N, L, 3) speed (m/s), yaw rate (rad/s) and heading (rad) as measured.
         camera: (N, L, 3) the camera's C0, C1 and the standard deviation (m) that it states for C0.
     """
 
     recorded: Ints = blank(0)
+    due: Flags = blank(False)
     motion: Floats = blank(0.0, "steps", 3)
     camera: Floats = blank(0.0, "steps", 3)
 
@@ -86,8 +88,7 @@ def record_step(
 ) -> None:
     """Record this step of the track rows `rows`; what the sensors say, once for each vehicle.
 
-    Every vehicle has one track under plan 0. A row that another vehicle takes over needs no reset: no filter is older
-    than its vehicle.
+    A row that another vehicle takes over needs no reset: no filter is older than its vehicle.
     """
     history.grow(len(vehicles.lane))
     _record(rows, history.now, beliefs.now, tracks, seen)
@@ -96,9 +97,12 @@ def record_step(
 @kernel
 def _record(rows: Ints, history: History, beliefs: Beliefs, tracks: Tracks, seen: Measurements) -> None:
     for row in rows:
-        if tracks.plan[row] != 0:
-            continue
+        history.due[tracks.vehicle[row]] = True
+    for row in rows:
         v = tracks.vehicle[row]
+        if not history.due[v]:
+            continue  # another track of the vehicle has recorded it
+        history.due[v] = False
         slot = history.recorded[v] % history.motion.shape[1]
         history.motion[v, slot, 0] = seen.speed_mps[v]
         history.motion[v, slot, 1] = seen.yaw_rate_rps[v]

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from gpsec.outcomes.tables import LOG_ERRORS, LOG_TAPE, MAP, POOLED_PREFIX, STEP_LOG, TABLES
+from gpsec.outcomes.tables import EFFECTS, LOG_ERRORS, LOG_TAPE, MAP, POOLED_PREFIX, STEP_LOG, TABLES, WORLD_TABLES
 
 WHOLE, CHANGED, MISSING, ADDED = "whole", "changed", "missing", "added"
 # Key of a manifest.
@@ -33,7 +33,7 @@ def are_whole(folder: Path, manifest: Mapping[str, Any]) -> bool:
 
 
 def _found(folder: Path, tables: Sequence[str]) -> list[Path]:
-    paths = [folder / f"{name}.csv" for name in (*tables, LOG_ERRORS)]
+    paths = [folder / f"{name}.csv" for name in (*tables, LOG_ERRORS, *WORLD_TABLES, EFFECTS)]
     paths += sorted(folder.glob(f"{POOLED_PREFIX}*.csv"))
     for kind in (Path(STEP_LOG), Path(MAP), Path(LOG_TAPE)):
         paths += [folder / kind, *sorted(folder.glob(f"{kind.stem}-*{kind.suffix}"))]

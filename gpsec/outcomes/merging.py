@@ -9,15 +9,18 @@ import pandas as pd
 from gpsec.core.errors import GpsecError, shown
 from gpsec.outcomes.bootstrap import Bootstrap
 from gpsec.outcomes.digests import DIGESTS, table_digests
+from gpsec.outcomes.effects import effects_table
 from gpsec.outcomes.naming import base_name
 from gpsec.outcomes.seeds import POOLED, pooled_tables
 from gpsec.outcomes.tables import (
+    EFFECTS,
     LOG_ERRORS,
     LOG_TAPE,
     MAP,
     POOLED_PREFIX,
     STEP_LOG,
     TABLES,
+    WORLD_TABLES,
     read_table,
     whole,
     write_frame,
@@ -42,9 +45,13 @@ def merge(folders: list[Path], out: Path) -> None:
     for name in TABLES:
         with whole(out / f"{name}.csv") as partial:
             _join([folder / f"{name}.csv" for folder in folders], partial)
-    if logged := [folder / f"{LOG_ERRORS}.csv" for folder in folders if (folder / f"{LOG_ERRORS}.csv").exists()]:
-        with whole(out / f"{LOG_ERRORS}.csv") as partial:
-            _join(logged, partial)
+    for name in (LOG_ERRORS, *WORLD_TABLES):
+        if some := [folder / f"{name}.csv" for folder in folders if (folder / f"{name}.csv").exists()]:
+            with whole(out / f"{name}.csv") as partial:
+                _join(some, partial)
+    if (out / "worlds.csv").exists():
+        with whole(out / f"{EFFECTS}.csv") as partial:
+            write_frame(effects_table(read_table(out, "worlds")), partial)
     for folder in folders:
         for file in (Path(STEP_LOG), Path(MAP), Path(LOG_TAPE)):
             if (folder / file).exists():

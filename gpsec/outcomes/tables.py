@@ -26,6 +26,8 @@ TABLES = ("detection", "localization", "safety", "events", "vehicles", "curves",
 LARGE_TABLES = ("events", "vehicles", "places")
 # Of a log: figures of its sensors' errors, and the tape of those of its receiver.
 LOG_ERRORS, LOG_TAPE = "errors", "gnss.tape.npz"
+# Of the closed loop: a row a world, a row a collision, and what attacks do to the traffic.
+WORLD_TABLES, EFFECTS = ("worlds", "collisions"), "effects"
 # Before the name of a table over all seeds of a scenario.
 POOLED_PREFIX = "pooled_"
 STEP_LOG = "steps.parquet"

@@ -161,6 +161,8 @@ def drawn_zones(session: ZoneSource) -> list[DrawnZone]:
 def make_plans(scenario: Scenario, options: SumoOptions, zones: Sequence[DrawnZone]) -> list[Plan]:
     """Return the attack plans of the scenario, of the zones that are drawn in it, and those that vehicles carry.
 
+    In a world of the closed loop there is its own plan alone.
+
     Raises:
         GpsecError: one of them is not as it should be.
 
@@ -169,7 +171,9 @@ def make_plans(scenario: Scenario, options: SumoOptions, zones: Sequence[DrawnZo
     drawn = plans_from_zones(zones, files)
     inputs = (*options.additional_files, *options.route_files)
     carried = plans_from_vehicles(carried_attacks(inputs))
-    return build_plans(scenario.plans, drawn, carried, config_file=scenario.name, zone_file=files)
+    plans = build_plans(scenario.plans, drawn, carried, config_file=scenario.name, zone_file=files)
+    world = scenario.closed_loop.world
+    return plans if world is None else [plan for plan in plans if plan.name == world.plan]
 
 
 def loop_settings(
@@ -187,6 +191,7 @@ def loop_settings(
         shared=shared,
         mistakes=lane_mistakes(scenario),
         move=ground.move,
+        forks=scenario.closed_loop.world is None,
     )
 
 

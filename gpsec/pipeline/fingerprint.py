@@ -19,6 +19,7 @@ from gpsec.scenario import Scenario, parts
 from gpsec.scenario.traffic import sumo_options
 from gpsec.sensors.registry import PROFILES
 from gpsec.sensors.shipped_tapes import load_tape
+from gpsec.steering.registry import DYNAMICS, REACTIONS
 from gpsec.traffic.input_files import input_files
 
 # Settings that change what a run costs, and nothing in its tables.
@@ -88,6 +89,8 @@ def _outside(scenario: Scenario) -> Iterator[str]:
         (DETECTORS, [*scenario.detection.detectors, *(defence.detector for defence in scenario.defences)]),
         (RESPONSES, [defence.response for defence in scenario.defences]),
         (PROFILES, scenario.fleet.profile),
+        (REACTIONS, [scenario.closed_loop.on_alarm]),
+        (DYNAMICS, [scenario.closed_loop.dynamics]),
     )
     for registry, names in used:
         yield from (parts.installed_digest(registry, name) for name in names)

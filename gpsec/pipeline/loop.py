@@ -30,6 +30,10 @@ from gpsec.types.vehicles import Identity, Measurements, Vehicles
 Move = Callable[[Frame, float, Vehicles], None]
 
 
+# Changes what the cameras of vehicle rows see.
+LookChange = Callable[[Ints, Vehicles], None]
+
+
 def follow_fronts(frame: Frame, step_s: float, vehicles: Vehicles) -> None:
     """Let the bodies follow the front points of a frame."""
     advance(frame.rows, frame.front_m, step_s, vehicles)
@@ -50,6 +54,9 @@ class LoopSettings:
         shared: what is added to all fixes, None for nothing.
         mistakes: how cameras err about the lane that they show.
         move: how bodies move.
+        look: changes what cameras see, once the bodies are placed.
+        forks: a plan's track is forked from the benign one; otherwise it takes its place, since there is only one plan
+            and the attack changes where the vehicle drives.
 
     """
 
@@ -63,6 +70,8 @@ class LoopSettings:
     shared: SharedErrors | None = None
     mistakes: LaneMistakes = NO_MISTAKES
     move: Move = follow_fronts
+    look: LookChange | None = None
+    forks: bool = True
 
 
 class Loop:
@@ -98,6 +107,7 @@ class Loop:
         self._roads = settings.hd_map.roads(np.zeros(1, np.int32))
         self._mistakes = settings.mistakes
         self._move = settings.move
+        self._look, self._forks = settings.look, settings.forks
         self._sensors = settings.sensors
         self._sensor_state = settings.sensors.new_state(1)
         self._shared = settings.shared
@@ -140,6 +150,8 @@ class Loop:
         vehicles.lane[rows] = frame.lane
         self._move(frame, self._clock.step_s, vehicles)
         self._threads.run(locate, rows, frame.step, self._clock.step_s, self._roads, self._mistakes, vehicles)
+        if self._look is not None:
+            self._look(rows, vehicles)
         self._watch.lap("truth")
         self._sensors.sense(self._sensor_state, vehicles, self.seen, rows, frame.step, self._threads)
         if self._shared is not None and self._common is not None:
@@ -241,10 +253,11 @@ class Loop:
         """Fork the benign track of the vehicle rows whose attack begins, by the number of the plan."""
         vehicle_rows = np.concatenate(list(begun.values()))
         source = np.array([self._track(row, 0) for row in vehicle_rows.tolist()], np.int32)
-        forked = self._new_tracks(vehicle_rows)
-        for state in self._track_states():
-            state.copy(source, forked)
-        self._method.copy(source, forked)
+        forked = self._new_tracks(vehicle_rows) if self._forks else source
+        if self._forks:
+            for state in self._track_states():
+                state.copy(source, forked)
+            self._method.copy(source, forked)
         tracks = self.tracks  # the table may have grown
         tracks.plan[forked] = np.repeat(list(begun), [len(rows) for rows in begun.values()])
         tracks.attacked[forked] = True

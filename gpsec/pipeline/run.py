@@ -3,6 +3,7 @@
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from time import perf_counter
 from typing import Protocol
@@ -33,6 +34,7 @@ from gpsec.pipeline.build import (
     make_method,
     make_plans,
 )
+from gpsec.pipeline.closed_loop import Acting, ClosedLoop, blind_off_the_lane
 from gpsec.pipeline.fleet_choice import Few
 from gpsec.pipeline.loop import Loop, Move
 from gpsec.pipeline.manifest import Counts, write_manifest
@@ -40,7 +42,9 @@ from gpsec.pipeline.mapfile import write_map
 from gpsec.pipeline.mismatch import make_shared_errors, mismatch_note
 from gpsec.pipeline.remarks import Remarks, beforehand
 from gpsec.scenario import Scenario
+from gpsec.scenario.worlds import can_steer
 from gpsec.sensors.sense import Sensors
+from gpsec.traffic.commands import Commands
 from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.remote import RemoteSession
 from gpsec.traffic.source import Equip, TrafficSource
@@ -58,6 +62,10 @@ class Traffic(TrafficSource, ZoneSource, AbstractContextManager["Traffic"], Prot
     """
 
     warnings: list[str]
+
+    def command(self, commands: Commands) -> None:
+        """Say what is to be done with vehicles after the last step, where they are steered."""
+        ...
 
     @property
     def traffic_only(self) -> Mapping[str, int]:
@@ -124,6 +132,11 @@ def run_scenario(
     """
     began = perf_counter()
     report(Progress(scenario.name, stage="loading the net"))
+    closed = scenario.closed_loop.world is not None
+    if closed and (start is not None or logged is not None):
+        raise GpsecError(
+            f"scenario '{scenario.name}': closed loop: expected SUMO, found a recording, which cannot react"
+        )
     ground = lay_ground(scenario)
     if logged is not None:
         ground, start = logged.laid_on(ground), logged.start
@@ -131,7 +144,8 @@ def run_scenario(
     with ExitStack() as stack:
         stack.enter_context(threadpool_limits(1))
         choice = ground.choice if only is None else Few.named(ground.choice, only)
-        traffic = (start or RemoteSession)(ground.options, ground.hd_map.lane_index, choice.equipped)
+        begin = start or partial(RemoteSession, controlled=closed)
+        traffic = begin(ground.options, ground.hd_map.lane_index, choice.equipped)
         session = stack.enter_context(traffic)
         import_compiler()  # while SUMO loads its net
         _Run(scenario, folder, report, ground, detection, session, stack, onlooker).go(began)
@@ -196,7 +210,22 @@ class _Run:
             self.log = stack.enter_context(log)
         self.method = method
         settings = loop_settings(scenario, ground, session.step_s, shared)
+        if scenario.closed_loop.world is not None:
+            settings = replace(settings, look=blind_off_the_lane)
         self.loop = Loop(settings, plans, method, self.outcomes, self.threads, self.watch)
+        self.closed_loop = self._closed_loop(study)
+
+    def _closed_loop(self, study: Study) -> ClosedLoop | None:
+        """Return what steers the vehicles, None in open loop."""
+        scenario, world = self.scenario, self.scenario.closed_loop.world
+        if world is None:
+            return None
+        number = [defence.name for defence in scenario.defences].index(world.defence)
+        acting = Acting(number, int(study.detector_of[number]))
+        profiles = self.ground.choice.profiles
+        if left := [name for name in profiles if not can_steer(name)]:
+            self._say(f"closed loop: vehicles with profile {', '.join(left)} are SUMO's: too inaccurate to steer by")
+        return ClosedLoop(scenario, self.ground.hd_map, profiles, acting, self.session.step_s)
 
     def go(self, began: float) -> None:
         """Run to the end and write the files."""
@@ -206,8 +235,13 @@ class _Run:
         for frame in session.frames(scenario.duration_s):
             self.watch.start()
             self.remarks.before(frame, loop)
+            if self.closed_loop is not None:
+                self.closed_loop.leave(frame)
             loop.step(frame)
             self.remarks.after(frame, loop)
+            if self.closed_loop is not None:
+                session.command(self.closed_loop.step(frame, loop, self.method.answers))
+                self.watch.lap("closed loop")
             self._observe(frame.step, frame.time_s)
             self.counts.add(frame, len(loop.track_rows), int(loop.vehicles.against[frame.rows].sum()))
             if self.first_s is None and frame.on_road:
@@ -240,6 +274,8 @@ class _Run:
             confidence=settings.confidence,
             projector=self.ground.hd_map.projector,
         )
+        if self.closed_loop is not None:
+            self.counts.closed_loop = self.closed_loop.write(self.folder, self.ground.hd_map.projector)
         write_map(self.folder, self.ground.hd_map, self.plans, self.places)
         self.watch.lap("files")
         self.counts.sumo_s, self.counts.read_s = session.sumo_s, session.read_s

@@ -10,7 +10,8 @@ from gpsec.types.constants import MANIFEST, REPORT
 _TABLES = (
     *("detection", "localization", "safety", "events", "vehicles", "curves", "error_bands", "places"),
     "association",
-    # Of a log.
+    # Of the closed loop, and of a log.
+    *("worlds", "collisions", "effects"),
     "errors",
 )
 _AS_PARQUET = ("events.parquet", "vehicles.parquet", "places.parquet")

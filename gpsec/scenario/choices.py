@@ -1,6 +1,6 @@
 """What a configuration can choose from: the names in the registries, asked for when they are needed."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from gpsec.core.errors import nearest, shown
 
@@ -41,6 +41,33 @@ def profiles() -> list[str]:
     from gpsec.sensors.registry import PROFILES
 
     return list(PROFILES)
+
+
+def reactions() -> list[str]:
+    """Return the names of the reactions of the closed loop."""
+    from gpsec.steering.registry import REACTIONS
+
+    return list(REACTIONS)
+
+
+def dynamics() -> list[str]:
+    """Return the names of the lateral dynamics of the closed loop."""
+    from gpsec.steering.registry import DYNAMICS
+
+    return list(DYNAMICS)
+
+
+def check_steering(reaction: str, keys: Mapping[str, float], lateral: str, lateral_keys: Mapping[str, float]) -> None:
+    """Check the parameters of a reaction and of lateral dynamics, both of which there are.
+
+    Raises:
+        GpsecError: one is unknown, or its value is not allowed.
+    """
+    if keys or lateral_keys:
+        from gpsec.steering.registry import DYNAMICS, REACTIONS, build_part
+
+        build_part(REACTIONS, reaction, keys)
+        build_part(DYNAMICS, lateral, lateral_keys)
 
 
 def false_alarm_rates() -> list[str]:

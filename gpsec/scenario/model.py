@@ -16,6 +16,8 @@ from pydantic import (
 from gpsec.attacks.plans import MAX_TIME_S, PlanConfig
 from gpsec.core.errors import shown
 from gpsec.scenario import choices
+from gpsec.scenario.base import Section, Unset
+from gpsec.scenario.closed_loop import ClosedLoopSection
 from gpsec.scenario.defaults import default_list
 from gpsec.scenario.outside import load_parts
 from gpsec.scenario.paths import expand, portable
@@ -25,9 +27,7 @@ from gpsec.scenario.sections import (
     FleetSection,
     LocalizationSection,
     OutcomesSection,
-    Section,
     TrafficSection,
-    Unset,
     WorldSection,
 )
 from gpsec.types.points import HEADLINE_RATE
@@ -62,7 +62,7 @@ class Scenario(Section):
         parts: attacks, detectors, responses and sensor profiles from outside gpsec, by `FILE.py:Name`,
             `package.module:Name` or `FILE.toml` (a profile); files are relative to this one. What is code is refused
             without `--allow-code`, since a scenario may come from somebody else.
-        fleet, world, traffic, detection, localization, outcomes: the sections of that name.
+        fleet, world, traffic, detection, localization, outcomes, closed_loop: the sections of that name.
         defences: D of them; the first is never+none, the undefended vehicle.
         plans: attack plans; *no attack* comes before the first of them and is not listed.
     """
@@ -82,6 +82,7 @@ class Scenario(Section):
     detection: DetectionSection = DetectionSection()
     localization: LocalizationSection = LocalizationSection()
     outcomes: OutcomesSection = OutcomesSection()
+    closed_loop: ClosedLoopSection = ClosedLoopSection()
     defences: tuple[Defence, ...] = Field(strict=False)
     plans: tuple[PlanConfig, ...] = Field(strict=False)
 

@@ -9,11 +9,13 @@ from pydantic import BaseModel
 from gpsec.attacks.plans import PlanConfig
 from gpsec.attacks.registry import ATTACKS
 from gpsec.scenario import choices
+from gpsec.scenario.closed_loop import ClosedWorld
 from gpsec.scenario.model import MAX_NAME, NAME, Scenario
 from gpsec.scenario.sections import CameraSection, Defence, ReceiverSection
 
 SCHEMA_FILE = "gpsec.schema.json"
-SECTIONS = ("fleet", "world", "traffic", "detection", "localization", "outcomes", "defences", "plans")
+_TABLES = ("fleet", "world", "traffic", "detection", "localization", "outcomes", "closed_loop")
+SECTIONS = (*_TABLES, "defences", "plans")
 NESTED: dict[str, type[BaseModel]] = {"camera": CameraSection, "gnss": ReceiverSection}
 """Tables in the section `fleet`."""
 _DIALECT = "http://json-schema.org/draft-07/schema#"
@@ -24,7 +26,7 @@ def json_schema() -> dict[str, Any]:
     """Return the schema (draft 7, which editors of TOML know) of a whole `gpsec.toml`."""
     schema = _plain(Scenario)
     properties = schema["properties"]
-    for key in SECTIONS[:6]:
+    for key in _TABLES:
         part: Any = Scenario.model_fields[key].annotation
         properties[key] = _plain(part)
     shares = {name: {"type": "number", "exclusiveMinimum": 0, "maximum": 1} for name in choices.profiles()}
@@ -40,6 +42,13 @@ def json_schema() -> dict[str, Any]:
     detection = properties["detection"]["properties"]
     detection["detectors"] |= {"items": {"enum": choices.detectors()}, "uniqueItems": True}
     detection["rates"] |= {"items": {"enum": choices.false_alarm_rates()}, "uniqueItems": True}
+    world = _plain(ClosedWorld)
+    world["properties"]["on_alarm"]["enum"] = choices.reactions()
+    closed = properties["closed_loop"]["properties"]
+    closed["world"].pop("$ref", None)
+    closed["world"] |= {"type": "object", "properties": world["properties"], "additionalProperties": False}
+    closed["worlds"] |= {"items": world}
+    closed["on_alarm"]["enum"], closed["dynamics"]["enum"] = choices.reactions(), choices.dynamics()
     defence = _plain(Defence)
     defence["properties"]["detector"]["enum"] = [*choices.BOUNDS, *choices.detectors()]
     defence["properties"]["response"]["enum"] = choices.responses()

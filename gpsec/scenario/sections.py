@@ -4,28 +4,16 @@ from collections.abc import Mapping
 from math import hypot
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, field_validator, model_validator
+from pydantic import BeforeValidator, Field, field_validator, model_validator
 
 from gpsec.attacks.plans import MAX_TIME_S
 from gpsec.core.errors import shown
 from gpsec.scenario import choices
+from gpsec.scenario.base import Section, Unset
 from gpsec.types.camera import NO_MISTAKES
 from gpsec.types.constants import ASSOCIATIONS
 from gpsec.types.points import HEADLINE_RATE, PER_SAMPLE, point_name
 
-
-class Section(BaseModel):
-    """Base of every section: frozen, unknown keys are errors, nothing is converted silently."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
-
-
-def _none_is_unset(value: Any) -> Any:
-    return None if value == "none" else value
-
-
-# TOML has no null, so that the bare word `none` takes back what a file has set.
-Unset = BeforeValidator(_none_is_unset)
 MAX_MAP_ERROR_M = 2.0
 # Strict models take a tuple only; TOML and JSON give lists.
 Lax = Field(strict=False)

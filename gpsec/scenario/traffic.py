@@ -16,4 +16,5 @@ def sumo_options(scenario: Scenario) -> SumoOptions:
         step_s=scenario.traffic.step_s,
         lateral_resolution_m=scenario.traffic.lateral_resolution_m,
         begin_s=scenario.traffic.begin_s,
+        closed_loop=scenario.closed_loop.world is not None,
     )

@@ -18,7 +18,7 @@ import numpy as np
 
 from gpsec.core.arrays import Flags, Floats, Ints
 from gpsec.core.tables import Table, blank
-from gpsec.traffic.commands import Commands, Order
+from gpsec.traffic.commands import CommandKind, Commands
 from gpsec.traffic.path_changes import side_to_change_to
 from gpsec.traffic.sumo_lanes import SumoLanes
 
@@ -115,7 +115,7 @@ class Actuation:
         held.brake_mps2[:] = 0.0
         ours = ~commands.others & (commands.rows < self._held.capacity)
         ours[ours] = held.present[commands.rows[ours]]  # who has left since is passed over
-        steered, released = ours & (commands.order == Order.STEER), ours & (commands.order == Order.RELEASE)
+        steered, released = ours & (commands.order == CommandKind.STEER), ours & (commands.order == CommandKind.RELEASE)
         rows = commands.rows[steered]
         for row in rows[~held.held[rows]].tolist():
             self._begin(row, int(lane[row]))
@@ -124,7 +124,7 @@ class Actuation:
             if held.held[row]:
                 held.held[row] = False
                 libsumo.vehicle.setLaneChangeMode(self._names[row], int(held.mode[row]))
-        braking = steered | (ours & (commands.order == Order.BRAKE))
+        braking = steered | (ours & (commands.order == CommandKind.BRAKE))
         held.brake_mps2[commands.rows[braking]] = commands.brake_mps2[braking]
         self._refresh()
 

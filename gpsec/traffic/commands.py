@@ -8,7 +8,7 @@ import numpy as np
 from gpsec.core.arrays import Flags, Floats, Ints
 
 
-class Order(IntEnum):
+class CommandKind(IntEnum):
     """What is to be done with a vehicle."""
 
     STEER = 0
@@ -24,7 +24,7 @@ class Commands:
     Attributes:
         rows: (n,) vehicle rows, or numbers among the `Others` of a frame.
         others: (n,) the row is such a number; for these there are BRAKE and REMOVE alone.
-        order: (n,) an `Order`. STEER holds until RELEASE; BRAKE and the braking of STEER are for one step.
+        order: (n,) a `CommandKind`. STEER holds until RELEASE; BRAKE and the braking of STEER are for one step.
         lateral_m: (n,) of STEER: displacement from the middle of the vehicle's path, left positive.
         brake_mps2: (n,) of STEER and BRAKE: the deceleration; 0 leaves the speed to SUMO.
     """
@@ -75,6 +75,8 @@ class Carried:
         others: who else is on the road.
         removed: vehicles that have been taken out by command so far.
         teleports: teleports that have begun so far.
+        lost_s: seconds that the vehicles of the fleet have lost so far against free driving, as SUMO counts them.
+        stuck: vehicles so far that stood for half a minute without a leader, a red light or a brake.
     """
 
     rows: Ints
@@ -83,3 +85,5 @@ class Carried:
     others: Others
     removed: int
     teleports: int
+    lost_s: float
+    stuck: int

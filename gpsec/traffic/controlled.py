@@ -10,7 +10,8 @@ from gpsec.core.arrays import Ints
 from gpsec.core.geo import yaw_from_sumo_angle
 from gpsec.core.tables import Slots
 from gpsec.traffic.actuation import Actuation
-from gpsec.traffic.commands import Carried, Commands, Order, Others
+from gpsec.traffic.commands import Carried, CommandKind, Commands, Others
+from gpsec.traffic.delays import Delays
 from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.session import SUMO_ERRORS, SumoSession
 from gpsec.traffic.source import Equip, Frame
@@ -35,6 +36,7 @@ class ControlledSession(SumoSession):
         self._lane: Ints = np.full(1, -1, np.int32)
         self._removed = 0
         self._teleports = 0
+        self._delays = Delays(self.step_s)
 
     def command(self, commands: Commands) -> None:
         """Take what is to be done before the next step.
@@ -44,9 +46,9 @@ class ControlledSession(SumoSession):
         """
         try:
             self._actuation.take(commands, self._lane)
-            for at in np.flatnonzero(commands.others & (commands.order == Order.BRAKE)).tolist():
+            for at in np.flatnonzero(commands.others & (commands.order == CommandKind.BRAKE)).tolist():
                 self._bystanders.brake(int(commands.rows[at]), float(commands.brake_mps2[at]), self.step_s)
-            for at in np.flatnonzero(commands.order == Order.REMOVE).tolist():
+            for at in np.flatnonzero(commands.order == CommandKind.REMOVE).tolist():
                 names = self._bystanders if commands.others[at] else self._actuation
                 name = names.name_of(int(commands.rows[at]))
                 if name is not None:
@@ -85,11 +87,9 @@ class ControlledSession(SumoSession):
         front_m[at] = self._actuation.displaced(front_m[at], surplus_m, frame.lane[at])
         others = self._bystanders.read(set(self._roster.equipped))
         path = self._actuation.now.path[rows]
-        return replace(
-            frame,
-            front_m=front_m,
-            carried=Carried(rows, path, surplus_m, others, self._removed, self._teleports),
-        )
+        self._delays.read(frame, self._actuation)
+        sums = self._removed, self._teleports, self._delays.lost_s, self._delays.stuck
+        return replace(frame, front_m=front_m, carried=Carried(rows, path, surplus_m, others, *sums))
 
 
 class _Bystanders:

@@ -3,6 +3,7 @@
 from types import TracebackType
 from typing import Self
 
+from gpsec.traffic.commands import Commands
 from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.zones import KeysOfTypes
 from gpsec.types.drawn_zones import DrawnZone
@@ -37,6 +38,9 @@ class OfflineTraffic:
     def zones(self, known_keys: KeysOfTypes) -> list[DrawnZone]:
         """Return none."""
         return []
+
+    def command(self, commands: Commands) -> None:
+        """Do nothing: what is recorded cannot react."""
 
     def close(self) -> None:
         """Do nothing: there are no resources."""

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from gpsec.core.errors import GpsecError
-from gpsec.traffic.commands import Commands, Order
+from gpsec.traffic.commands import CommandKind, Commands
 from gpsec.traffic.controlled import ControlledSession
 from gpsec.traffic.options import resolve_options
 from gpsec.traffic.remote import RemoteSession
@@ -27,7 +27,7 @@ def nobody(departure):
     return False
 
 
-def steer(rows, lateral_m=0.0, brake_mps2=0.0, order=Order.STEER, others=False):
+def steer(rows, lateral_m=0.0, brake_mps2=0.0, order=CommandKind.STEER, others=False):
     count = len(rows)
     return Commands(
         np.array(rows, np.int32),
@@ -184,7 +184,7 @@ def test_a_released_vehicle_is_sumos_again(scenario, lane_index):
             if frame.step < 30:
                 driven.steer("v", 0.5)
             elif frame.step == 30:
-                driven.session.command(steer([driven.row["v"]], order=Order.RELEASE))
+                driven.session.command(steer([driven.row["v"]], order=CommandKind.RELEASE))
             elif frame.step == 32:
                 assert libsumo.vehicle.getLaneChangeMode("v") == 1621
                 assert not len(frame.carried.rows)
@@ -201,9 +201,9 @@ def test_who_is_not_of_the_fleet_brakes_and_is_removed_by_number(scenario, lane_
             at = others.number == 0
             speeds += others.speed_mps[at].tolist()
             if 50 <= frame.step < 150:
-                session.command(steer([0], 0.0, 3.0, Order.BRAKE, others=True))
+                session.command(steer([0], 0.0, 3.0, CommandKind.BRAKE, others=True))
             if frame.step == 170:
-                session.command(steer([0], order=Order.REMOVE, others=True))
+                session.command(steer([0], order=CommandKind.REMOVE, others=True))
                 gone = others.sumo_id[int(np.flatnonzero(at)[0])]
         assert speeds[149] == 0.0
         assert np.diff(speeds[52:70]) == pytest.approx(-0.3, abs=0.01)

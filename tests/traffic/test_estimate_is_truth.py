@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from gpsec.hdmap.map import load_map
-from gpsec.traffic.commands import Commands, Order
+from gpsec.traffic.commands import CommandKind, Commands
 from gpsec.traffic.controlled import ControlledSession
 from gpsec.traffic.options import resolve_options
 
@@ -42,7 +42,7 @@ def test_steered_vehicles_keep_to_their_paths_to_the_millimetre(repository, net)
                     off_m.append(put - held.shadow_m[row])  # the surplus makes up for what is between it and the path
             assert np.abs(frame.carried.surplus_m).max(initial=0.0) < 2.0
             count = len(frame.rows)
-            order = np.full(count, Order.STEER, np.int32)
+            order = np.full(count, CommandKind.STEER, np.int32)
             session.command(Commands(frame.rows, np.zeros(count, np.bool_), order, np.zeros(count), np.zeros(count)))
     assert len(off_m) > 2000
     assert np.abs(off_m).max() <= 0.001 + 1e-9

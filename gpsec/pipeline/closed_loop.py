@@ -1,0 +1,296 @@
+"""The closed loop: estimates and alarms of a step become commands, and what truly happens is written down."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gpsec.attacks.base import unit_vectors
+from gpsec.core.arrays import Flags, Floats, Ints
+from gpsec.core.geo import Projector
+from gpsec.encounters.encounters import SLOW_MPS, EncounterRules, Encounters, Met, People
+from gpsec.encounters.meeting import Kind
+from gpsec.hdmap.map import HDMap
+from gpsec.outcomes.displaced import reached
+from gpsec.outcomes.state import OFF_ROAD, OUT_OF_LANE
+from gpsec.outcomes.true_outcomes import TrueOutcomes, TrueStep
+from gpsec.outcomes.worlds import WorldEnd, WorldKey, write_world
+from gpsec.pipeline.loop import Loop
+from gpsec.pipeline.on_the_road import numbers, people_of
+from gpsec.scenario import Scenario
+from gpsec.scenario.worlds import can_steer
+from gpsec.steering.base import Follow
+from gpsec.steering.registry import DYNAMICS, REACTIONS, build_part
+from gpsec.steering.steer import Drivers, Steering, Wishes
+from gpsec.traffic.commands import Carried, CommandKind, Commands
+from gpsec.traffic.source import Frame
+from gpsec.types.answers import Answers
+from gpsec.types.vehicles import Vehicles
+
+# Of a wreck, tyres on asphalt; of who is off the road.
+WRECK_BRAKE_MPS2, OFF_ROAD_BRAKE_MPS2 = 8.0, 4.0
+# So far beyond a line the lane is still seen; cameras keep to it for a while.
+_SEEN_M = 0.3
+# A larger surplus is counted: there SUMO's other vehicles do not see a vehicle where it is.
+SURPLUS_M = 0.3
+_KINDS = {int(kind): kind.name.lower() for kind in Kind}
+
+
+@dataclass(frozen=True)
+class Acting:
+    """The defence that steers: its number, and the column of its detector."""
+
+    defence: int
+    detector: int
+
+
+class ClosedLoop:
+    """The vehicles of a world as they are steered, and what becomes of them."""
+
+    def __init__(
+        self, scenario: Scenario, hd_map: HDMap, profiles: tuple[str, ...], acting: Acting, step_s: float
+    ) -> None:
+        section = scenario.closed_loop
+        world = section.world
+        if world is None:
+            raise ValueError("expected a scenario of a world")
+        reaction = world.on_alarm or section.on_alarm
+        self._key = WorldKey(scenario.name, scenario.seed, world.plan, world.defence, reaction)
+        self._acting, self._map, self._step_s, self._section = acting, hd_map, step_s, section
+        self._able = np.array([can_steer(name) for name in profiles])
+        self._steering = Steering(
+            step_s,
+            build_part(DYNAMICS, section.dynamics, section.dynamics_parameters),
+            build_part(REACTIONS, reaction, section.reaction_parameters),
+            everybody=section.steer == "all",
+        )
+        self._encounters = Encounters(EncounterRules(step_s, section.oncoming_reaction_s, section.wreck_s))
+        self._happened = TrueOutcomes(step_s, 0.0)
+        self._met: Met | None = None
+        self._state = _RoadState(len(hd_map.lane_ids))
+        self._names: dict[int, str] = {}
+        self._collisions: list[dict[str, Any]] = []
+        self._critical = [0, 0]
+        self._surplus = [0, 0]
+        self._carried: Carried | None = None
+        self._left_hand = bool(hd_map.sides.oncoming_right_m.sum() > hd_map.sides.oncoming_left_m.sum())
+
+    def leave(self, frame: Frame) -> None:
+        """Close the stories of who has left, and begin those of who has departed; before the loop takes the frame."""
+        people = {row: self._names.pop(row) for row in frame.left}
+        self._happened.close(people, _KINDS)
+        self._happened.totals.arrived += len(people)
+        gone = numbers(np.array(frame.left, np.int32), others=False)
+        new = np.array([departure.row for departure in frame.departures], np.int32)
+        for departure in frame.departures:
+            self._names[departure.row] = departure.vehicle_id
+            self._happened.totals.arrived -= departure.first_id != departure.vehicle_id  # it has only gone on
+        self._encounters.forget(np.concatenate([gone, numbers(new, others=False)]))
+        if frame.carried is not None:
+            self._encounters.forget(numbers(frame.carried.others.entered, others=True))
+        if len(new):
+            self._steering.enter(new)
+            self._happened.enter(new)
+            self._state.enter(new)
+
+    def step(self, frame: Frame, loop: Loop, answers: Answers) -> Commands:
+        """Return what is to be done after a step that the loop has taken."""
+        carried = frame.carried
+        if carried is None:
+            raise ValueError("expected traffic that takes commands")
+        self._carried = carried
+        rows, vehicles, state = frame.rows, loop.vehicles, self._state
+        state.note(rows, frame.lane, carried)
+        people = self._drivers(rows, loop, answers)
+        wishes = self._steering.update(frame.step, people)
+        found = self._reached(rows, loop)
+        steered = self._steering.now
+        driven = steered.driven[rows]
+        party = people_of(rows, vehicles, carried.others, driven | state.braking[rows], driven & found[:, OUT_OF_LANE])
+        met = self._encounters.update(frame.step, party)
+        self._note(frame, people, found, wishes, party, met)
+        count = len(rows)
+        state.wrecked[rows], state.braking[rows] = met.wrecked[:count], met.braking[:count]
+        return self._commands(rows, found, wishes, met, carried)
+
+    def _drivers(self, rows: Ints, loop: Loop, answers: Answers) -> Drivers:
+        tracks, vehicles, acting = loop.tracks, loop.vehicles, self._acting
+        of_vehicle = np.full(len(vehicles.lane), -1, np.int32)
+        of_vehicle[tracks.vehicle[loop.track_rows]] = loop.track_rows
+        track = of_vehicle[rows]
+        able = self._able[vehicles.profile[rows]]
+        off_m = answers.estimate_m[track, acting.defence] - vehicles.rear_m[rows]
+        along = unit_vectors(vehicles.lane_yaw_rad[rows])
+        error_m = along[:, 0] * off_m[:, 1] - along[:, 1] * off_m[:, 0]
+        return Drivers(
+            rows=rows,
+            key=vehicles.key[rows],
+            settled=tracks.settled[track] & able,
+            attacked=tracks.attacked[track] & able,
+            alarm=answers.alarm[track, acting.detector] & able & tracks.settled[track],
+            error_m=np.where(vehicles.against[rows], 0.0, error_m),
+            edge_m=self._edge_m(rows, loop),
+            speed_mps=vehicles.speed_mps[rows],
+            wrecked=self._state.wrecked[rows],
+        )
+
+    def _edge_m(self, rows: Ints, loop: Loop) -> Floats:
+        """Return (n,) where vehicles stop at the edge: half outside the outermost lane, or inside any other."""
+        sides, lane = self._map.sides, self._state.path[rows]
+        beyond_m = sides.same_left_m[lane] if self._left_hand else sides.same_right_m[lane]
+        inside_m = np.maximum(0.5 * (sides.width_m[lane] - loop.vehicles.width_m[rows]), 0.0)
+        far_m = np.where(beyond_m > 0.0, inside_m, 0.5 * sides.width_m[lane])
+        return far_m if self._left_hand else -far_m
+
+    def _reached(self, rows: Ints, loop: Loop) -> Flags:
+        steered = self._steering.now
+        meant = steered.driven[rows] & (steered.follow[rows] != Follow.EDGE)
+        offset_m = np.where(meant, steered.offset_m[rows], 0.0)
+        return reached(offset_m, loop.vehicles.width_m[rows], self._state.path[rows], self._map.sides)
+
+    def _note(self, frame: Frame, people: Drivers, found: Flags, wishes: Wishes, party: People, met: Met) -> None:
+        rows, steered = frame.rows, self._steering.now
+        driven = steered.driven[rows]
+        reacts = driven & people.alarm & (steered.follow[rows] == Follow.LANE)
+        now = TrueStep(
+            rows=rows,
+            attacked=people.attacked,
+            alarm=people.alarm,
+            speed_mps=people.speed_mps,
+            offset_m=np.where(driven, steered.offset_m[rows], 0.0),
+            reached=found,
+            stopping=driven & (steered.brake_mps2[rows] > 0.0),
+            driver=reacts & (steered.brake_mps2[rows] == 0.0),
+            released=wishes.released,
+        )
+        self._happened.add(frame.step, now)
+        self._critical[0] += met.critical_ttc
+        self._critical[1] += met.critical_drac
+        self._surplus[0] += int((np.abs(frame.carried.surplus_m) > SURPLUS_M).sum()) if frame.carried else 0
+        self._surplus[1] += len(wishes.rows)
+        for at in range(len(met.hits.first)):
+            self._collide(frame, party, met, at)
+
+    def _collide(self, frame: Frame, party: People, met: Met, at: int) -> None:
+        """Write down a hit, the attacked vehicle first where there is one."""
+        hits, count = met.hits, len(frame.rows)
+        pair = [int(hits.first[at]), int(hits.second[at])]
+        under = [place < count and self._happened.was_attacked(int(frame.rows[place])) for place in pair]
+        if under[1] and not under[0]:
+            pair, under = pair[::-1], under[::-1]
+        names = [self._name(frame, place) for place in pair]
+        steered = self._steering.now
+        offset_m = [float(steered.offset_m[frame.rows[place]]) if place < count else 0.0 for place in pair]
+        x_m, y_m = (float(np.mean(axis[pair])) for axis in (party.bodies.x_m, party.bodies.y_m))
+        slow = bool(hits.closing_mps[at] < SLOW_MPS)
+        for place in pair:
+            if place < count and not slow:
+                self._happened.crash(frame.step, int(frame.rows[place]), int(hits.kind[at]))
+        self._collisions.append(
+            {
+                "time_s": frame.time_s,
+                "x_m": x_m,
+                "y_m": y_m,
+                "vehicle_id": names[0],
+                "other_id": names[1],
+                "kind": _KINDS[int(hits.kind[at])],
+                "closing_mps": float(hits.closing_mps[at]),
+                "attacked": under[0],
+                "other_attacked": under[1],
+                "displacement_m": offset_m[0],
+                "slow": slow,
+            }
+        )
+
+    def _name(self, frame: Frame, place: int) -> str:
+        count = len(frame.rows)
+        if place < count:
+            return self._names[int(frame.rows[place])]
+        return frame.carried.others.sumo_id[place - count] if frame.carried else ""
+
+    def _commands(self, rows: Ints, found: Flags, wishes: Wishes, met: Met, carried: Carried) -> Commands:
+        section, count = self._section, len(rows)
+        steered = self._steering.now
+        brake = np.zeros(count)
+        driven = steered.driven[rows]
+        brake[driven] = steered.brake_mps2[rows[driven]]
+        if section.off_road == "stop":
+            brake = np.where(found[:, OFF_ROAD], np.maximum(brake, OFF_ROAD_BRAKE_MPS2), brake)
+        both = np.concatenate([brake, np.zeros(len(carried.others.number))])
+        both = np.where(met.braking, np.maximum(both, section.oncoming_decel_mps2), both)
+        both = np.where(met.wrecked, WRECK_BRAKE_MPS2, both)
+        who = np.concatenate([rows, carried.others.number]).astype(np.int32)
+        others = np.arange(len(who)) >= count
+        order = np.full(len(who), CommandKind.BRAKE, np.int32)
+        order[:count][driven] = CommandKind.STEER
+        order[met.expired] = CommandKind.REMOVE
+        told = (order != CommandKind.BRAKE) | (both > 0.0)
+        lateral_m = np.zeros(len(who))
+        lateral_m[:count][driven] = steered.offset_m[rows[driven]]
+        released = wishes.released
+        return Commands(
+            rows=np.concatenate([released, who[told]]).astype(np.int32),
+            others=np.concatenate([np.zeros(len(released), np.bool_), others[told]]),
+            order=np.concatenate([np.full(len(released), CommandKind.RELEASE, np.int32), order[told]]),
+            lateral_m=np.concatenate([np.zeros(len(released)), lateral_m[told]]),
+            brake_mps2=np.concatenate([np.zeros(len(released)), both[told]]),
+        )
+
+    def write(self, folder: Path, projector: Projector) -> Mapping[str, Any]:
+        """Write the tables, after those of the run; return figures for the manifest."""
+        self._happened.close(dict(self._names), _KINDS)
+        carried, totals = self._carried, self._happened.totals
+        for hit in self._collisions:
+            hit |= _degrees(projector, hit["x_m"], hit["y_m"])
+        lost_s = carried.lost_s if carried else 0.0
+        end = WorldEnd(
+            totals=totals,
+            collisions=self._collisions,
+            stories=self._happened.stories,
+            delay_s=lost_s / max(totals.vehicles, 1),
+            ttc=self._critical[0],
+            drac=self._critical[1],
+            mrm=totals.stops if self._key.on_alarm == "handover" else 0,
+            stuck=carried.stuck if carried else 0,
+            removed=carried.removed if carried else 0,
+            surplus_share=self._surplus[0] / max(self._surplus[1], 1),
+        )
+        write_world(folder, self._key, end, self._step_s)
+        return {"teleports": carried.teleports if carried else 0, "steered_vehicle_steps": self._surplus[1]}
+
+
+def blind_off_the_lane(rows: Ints, vehicles: Vehicles) -> None:
+    """Let cameras see no lane where the rear axle is well beyond the line of the lane that they would show.
+
+    SUMO's lane is one of the vehicle's own edge: beside it, a camera would look at lines of oncoming lanes or at none.
+    """
+    off_m = np.abs(vehicles.camera_offset_m[rows]) - 0.5 * vehicles.lane_width_m[rows]
+    vehicles.marked[rows] &= off_m <= _SEEN_M
+
+
+class _RoadState:
+    """What is kept of vehicle rows between steps: the lane of the path, and whether they are wrecks or brake."""
+
+    def __init__(self, lanes: int) -> None:
+        self.path = np.zeros(1, np.int32)
+        self.wrecked, self.braking = np.zeros(1, np.bool_), np.zeros(1, np.bool_)
+
+    def enter(self, rows: Ints) -> None:
+        """Begin anew in `rows`."""
+        more = max(0, 2 * (int(rows.max()) + 1) - len(self.path))
+        self.path = np.concatenate([self.path, np.zeros(more, np.int32)])
+        self.wrecked = np.concatenate([self.wrecked, np.zeros(more, np.bool_)])
+        self.braking = np.concatenate([self.braking, np.zeros(more, np.bool_)])
+        self.path[rows], self.wrecked[rows], self.braking[rows] = 0, False, False
+
+    def note(self, rows: Ints, lane: Ints, carried: Carried) -> None:
+        """Take the paths of a step: of who is steered that which is held, of others their lane."""
+        self.path[rows] = lane
+        self.path[carried.rows] = carried.path
+
+
+def _degrees(projector: Projector, x_m: float, y_m: float) -> dict[str, float]:
+    longitude, latitude = projector.to_lon_lat(np.array([x_m, y_m])).tolist()
+    return {"longitude": longitude, "latitude": latitude}

@@ -1,0 +1,84 @@
+"""A scenario in closed loop: a run for each world and seed, and the benign twins of the worlds."""
+
+from collections.abc import Sequence
+
+from gpsec.core.errors import GpsecError, nearest, shown
+from gpsec.outcomes.naming import world_name
+from gpsec.scenario.closed_loop import BENIGN, DRIVE_ON, ClosedLoopSection, ClosedWorld
+from gpsec.scenario.model import Scenario
+from gpsec.sensors.registry import PROFILES
+from gpsec.types.constants import UNDEFENDED
+
+# A profile whose fixes are worse cannot keep a lane by them.
+STEERING_SIGMA_M = 0.5
+# Of worlds and seeds together; each has two processes, but only so many at a time as there are cores.
+MOST_WORLDS = 2000
+
+
+def can_steer(profile: str) -> bool:
+    """Return whether a vehicle with that sensor profile can keep its lane by its fixes."""
+    gnss = PROFILES[profile].gnss
+    return bool(gnss.white_m**2 + gnss.bias_m**2 <= STEERING_SIGMA_M**2)
+
+
+def worlds_of(scenario: Scenario) -> list[ClosedWorld]:
+    """Return the worlds of a scenario, each with its reaction; the benign twins come first.
+
+    Raises:
+        GpsecError: a plan or a defence is not one of the scenario, no profile can steer, or the engine is another one.
+    """
+    section, plans = scenario.closed_loop, [plan.name for plan in scenario.plans]
+    defences, where = [defence.name for defence in scenario.defences], f"scenario '{scenario.name}'"
+    if scenario.engine != "batched":
+        raise GpsecError(f"{where}: closed_loop: expected engine 'batched', found '{scenario.engine}'")
+    if not any(can_steer(name) for name in scenario.fleet.profile):
+        raise GpsecError(
+            f"{where}: fleet.profile: expected one whose fixes are within {STEERING_SIGMA_M:g} m (1 σ) in closed loop,"
+            f" found {', '.join(scenario.fleet.profile)}: such a vehicle leaves its lane by itself"
+        )
+    if not section.worlds and not plans:
+        raise GpsecError(f"{where}: closed_loop.worlds: expected a plan to attack by, found no plans")
+    asked = section.worlds or tuple(
+        ClosedWorld(plan=plans[0], defence=defence) for defence in dict.fromkeys((UNDEFENDED, defences[-1]))
+    )
+    for place, world in enumerate(asked):
+        for key, name, known in (("plan", world.plan, [BENIGN, *plans]), ("defence", world.defence, defences)):
+            if name not in known:
+                raise GpsecError(
+                    f"{where}: closed_loop.worlds.{place}.{key}: unknown {key} '{shown(name)}': {nearest(name, known)}"
+                )
+    whole = [world.model_copy(update={"on_alarm": world.on_alarm or section.on_alarm}) for world in asked]
+    return list(dict.fromkeys([*(_twin(world, section) for world in whole), *whole]))
+
+
+def _twin(world: ClosedWorld, section: ClosedLoopSection) -> ClosedWorld:
+    """Return the benign twin of a world; where nobody would be steered in it, it is the same for all defences."""
+    alike = section.steer == "attacked" and world.on_alarm == DRIVE_ON
+    return world.model_copy(update={"plan": BENIGN, "defence": UNDEFENDED if alike else world.defence})
+
+
+def with_worlds(scenario: Scenario, seeds: Sequence[int]) -> list[Scenario]:
+    """Return a scenario for each world and each seed, named after both.
+
+    Raises:
+        GpsecError: see `worlds_of`; or there are more than a machine can hold.
+    """
+    worlds = worlds_of(scenario)
+    if len(worlds) * len(seeds) > MOST_WORLDS:
+        raise GpsecError(
+            f"scenario '{scenario.name}': closed_loop: expected at most {MOST_WORLDS} worlds in all, found"
+            f" {len(worlds)} × {len(seeds)} seeds"
+        )
+    return [_of_world(scenario, number, world, seed) for number, world in enumerate(worlds) for seed in seeds]
+
+
+def _of_world(scenario: Scenario, number: int, world: ClosedWorld, seed: int) -> Scenario:
+    closed_loop = scenario.closed_loop.model_copy(update={"worlds": (), "seeds": 1, "world": world})
+    return scenario.model_copy(
+        update={
+            "name": world_name(scenario.name, number, seed),
+            "seed": seed,
+            "plans": tuple(plan for plan in scenario.plans if plan.name == world.plan),
+            "closed_loop": closed_loop,
+        }
+    )
