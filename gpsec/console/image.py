@@ -13,6 +13,7 @@ from gpsec.core.errors import GpsecError
 
 if TYPE_CHECKING:
     from gpsec.imaging.film import Film
+    from gpsec.scenario import Scenario
 
 image = typer.Typer(
     name="image",
@@ -60,7 +61,7 @@ def image_render(
     opencv()
     chosen = weather_of(weather)
     with _progress() as bar:
-        film = _film(scenario, from_s, to_s, set_, bar)
+        _, film = _film(scenario, from_s, to_s, set_, bar)
         count = render_view(film, vehicle, chosen, extrinsics_deg, out, bar("pictures"))
     say(f"{out}: {count} pictures, truth.csv, calibration.json")
 
@@ -163,83 +164,76 @@ def image_detect(
 
 @image.command("measure")
 def image_measure(
-    scenario: _Scenario,
+    scenarios: options.Scenarios,
     out: _Out,
     weather: Annotated[str, typer.Option(metavar="W,…", help="One after the other.")] = "good,night,rain,worn",
-    vehicles: Annotated[int, typer.Option(min=1, max=10000, metavar="N", help="How many, drawn by name.")] = 20,
+    vehicles: Annotated[int, typer.Option(min=1, max=10000, metavar="N", help="How many of each scenario.")] = 20,
     from_s: _From = 60.0,
     to_s: _To = 120.0,
     extrinsics_deg: _Mounted = 0.1,
     set_: options.Set = None,
 ) -> None:
-    """Measure the errors of the image channel: errors.csv, a tape for each weather, and a figure.
+    """Measure the errors of the image channel: errors.csv, tapes of each weather (rendered-….npz), and a figure.
 
-    What is done is kept in DIR/parts: where it was stopped, the same command goes on.
+    Vehicles are drawn by their names. What is done is kept in DIR/parts: where it was stopped, the same command goes
+    on.
 
     \b
     Examples:
       gpsec image measure scenarios/highway --weather good,rain --vehicles 20 --out camera
       gpsec image measure scenarios/town --weather noiseless --extrinsics-deg 0 --out exact
     """  # noqa: D301
+    from gpsec.core.system import in_a_sentence
     from gpsec.core.version import __version__
-    from gpsec.imaging.error_table import SEEN_BY, figures_of, tape_of, write_errors
-    from gpsec.imaging.measure import Campaign
+    from gpsec.imaging.findings import write_findings
+    from gpsec.imaging.measure import Campaign, Errors
     from gpsec.imaging.opencv import opencv
-    from gpsec.imaging.profile_figure import draw_profile
     from gpsec.imaging.weather import weather_of
-    from gpsec.types.tapes import write_tape
 
     opencv()
     names = list(dict.fromkeys(name.strip() for name in weather.split(",")))
     for name in names:
         weather_of(name)
+    measured: dict[str, dict[str, list[Errors]]] = {}
+    steps_s = {}
     with _progress() as bar:
-        film = _film(scenario, from_s, to_s, set_, bar)
-        out.mkdir(parents=True, exist_ok=True)
-        campaign = Campaign(film, f"{scenario} {set_ or ''}", extrinsics_deg, out)
-        chosen = campaign.vehicles(vehicles)
-        measured = {}
-        for name in names:
-            tell = bar(name)
-            measured[name] = campaign.measure(name, chosen, tell)
-    short = Path(scenario).name
-    figures = [row for name in names for row in figures_of(short, name, measured[name], film.step_s)]
-    write_errors(figures, out / "errors.csv")
-    draw_profile(measured, film.step_s, out / "errors.png")
-    for name in names:
-        made = {
-            "made_by": f"gpsec {__version__} image measure",
-            "scenario": short,
-            "weather": name,
-            "from_s": from_s,
-            "to_s": to_s,
-            "vehicles": [film.names[vehicle] for vehicle in chosen],
-            "extrinsics_deg": extrinsics_deg,
-        }
-        for mode in SEEN_BY:
-            condition = name if mode == "single" else f"{name}-memory"
-            tape = tape_of(measured[name], mode, condition, film.step_s, made | {"mode": mode})
-            write_tape(tape, out / f"tape-{condition}.npz")
-    for row in figures:
+        for argument in scenarios:
+            scenario, film = _film(argument, from_s, to_s, set_, bar)
+            with in_a_sentence(f"{out}: no folder can be made there"):
+                out.mkdir(parents=True, exist_ok=True)
+            campaign = Campaign(film, scenario.model_dump_json(), extrinsics_deg, out)
+            chosen, short = campaign.vehicles(vehicles), scenario.name
+            measured[short] = {name: campaign.measure(name, chosen, bar(f"{short}, {name}")) for name in names}
+            steps_s[short] = film.step_s
+    if len(set(steps_s.values())) > 1:
+        raise GpsecError(
+            f"expected scenarios of one step, found {', '.join(f'{k} {v:g} s' for k, v in steps_s.items())}"
+        )
+    made = {
+        "made_by": f"gpsec {__version__} image measure",
+        "from_s": from_s,
+        "to_s": to_s,
+        "vehicles": vehicles,
+        "extrinsics_deg": extrinsics_deg,
+    }
+    for row in write_findings(measured, next(iter(steps_s.values())), made, out):
         say(
-            f"{row.weather} {row.mode} {row.place}: lost {row.lost_share:.1%}, "
+            f"{row.scenario}, {row.weather}, {row.mode}, {row.place}: lost {row.lost_share:.1%}, "
             f"C0 {row.c0_mean_m:+.3f} ± {row.c0_mad_m:.3f} m (MAD), p99 {row.c0_p99_m:.2f} m, "
             f"C1 {row.c1_mad_deg:.2f}°, τ {row.tau_s:.1f} s, σ × {row.sigma_ratio:.2f}"
         )
     say(out / "errors.csv")
 
 
-def _film(scenario: str, from_s: float, to_s: float, sets: list[str] | None, bar: "_Bar") -> "Film":
+def _film(argument: str, from_s: float, to_s: float, sets: list[str] | None, bar: "_Bar") -> tuple["Scenario", "Film"]:
     """Run the traffic of a scenario and keep it from one time to another."""
     from gpsec.imaging.film import film
     from gpsec.scenario import load_scenario
 
     if to_s <= from_s:
         raise GpsecError(f"--to: expected more than --from ({from_s:g}), found {to_s:g}")
-    tell = bar("traffic (s)")
-    return film(
-        load_scenario(scenario, options.changes(sets, None)), from_s, to_s, lambda t, n: tell(round(t), round(to_s))
-    )
+    scenario = load_scenario(argument, options.changes(sets, None))
+    return scenario, film(scenario, from_s, to_s, bar(f"{scenario.name}, traffic (s)"))
 
 
 _Bar = Callable[[str], Callable[[int, int], None]]

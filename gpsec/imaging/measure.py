@@ -53,7 +53,7 @@ class Campaign:
 
     Attributes:
         film: the traffic.
-        scenario: its name, with all that it depends on.
+        scenario: all that it depends on, as text.
         error_deg: standard deviation of how cameras are mounted, on each axis, unknown to them.
         folder: of the results.
     """
