@@ -10,6 +10,7 @@ from xml.etree.ElementTree import Element
 from gpsec.core.errors import GpsecError, shown
 from gpsec.core.system import refusal
 from gpsec.opendrive.check import CHECK_SPACING_M, Check, MapDeviation, check_lanes
+from gpsec.opendrive.compare import match_lanes
 from gpsec.opendrive.georeference import set_georeference, turn_map
 from gpsec.opendrive.lanes import IMPORTED, centre_lines, check_centre_lines
 from gpsec.opendrive.lefthand import map_keeps_left, mirror_map, mirror_net
@@ -18,6 +19,7 @@ from gpsec.opendrive.mend import describe_net, mend_net
 from gpsec.opendrive.names import rename_for_netconvert, restore_names
 from gpsec.opendrive.netconvert import convert_map
 from gpsec.opendrive.netfile import NET_SUFFIX, NetLane, import_files, net_lanes
+from gpsec.opendrive.paint import painted_lanes, sides
 from gpsec.opendrive.read import parse, roads
 from gpsec.opendrive.report import draw_check, write_csv
 from gpsec.opendrive.reshape import SPACING_M, reshape
@@ -28,6 +30,7 @@ from gpsec.opendrive.speeds import NO_LIMIT_MPS, spell_out_speeds
 from gpsec.opendrive.spelling import leave_out_reversed, named, spell_out
 from gpsec.opendrive.tidy import give_extent, thin_out
 from gpsec.sumo.netconvert import Converted
+from gpsec.types.paint import PAINT_SUFFIX, write_paint
 
 
 @dataclass(frozen=True)
@@ -75,7 +78,7 @@ def import_map(
     Raises:
         GpsecError: the map or a file cannot be used. Nothing is left behind then.
     """
-    files = import_files(out, (NET_SUFFIX, ".check.csv", ".check.png"), overwrite)
+    files = import_files(out, (NET_SUFFIX, ".check.csv", ".check.png", PAINT_SUFFIX), overwrite)
     tell("reading the map")
     root = parse(map_file)
     spelt = spell_out(root)
@@ -87,6 +90,7 @@ def import_map(
     if not lines:
         raise GpsecError(f"{map_file}: expected at least one lane that traffic drives on, found none")
     check_centre_lines(lines, map_file)
+    lined = sides(lines, map_roads, root)
     mended = [*spelt, *([turned] if turned else []), *leave_out_reversed(map_roads)]
     mended += _prepare(root, map_roads, origin_deg)
     names = rename_for_netconvert(root)
@@ -115,16 +119,17 @@ def import_map(
             notes = [*_notes(said, map_roads, left_hand, reshaped.left_alone), *describe_net(net)]
             notes += _faults(check, lanes)
             tell("writing")
-            made = [work / f"made{suffix}" for suffix in (NET_SUFFIX, ".csv", ".png")]
+            made = [work / f"made{suffix}" for suffix in (NET_SUFFIX, ".csv", ".png", PAINT_SUFFIX)]
             ElementTree.indent(net, "    ")
             ElementTree.ElementTree(net).write(made[0], encoding="utf-8", xml_declaration=True)
             write_csv(check, made[1])
             draw_check(check, made[2], f"{map_file.stem}: {len(lanes)} lanes")
+            write_paint(painted_lanes(match_lanes(lines, lanes), *lined, lanes), made[3])
             for path, target in zip(reversed(made), reversed(files), strict=True):
                 path.replace(target)
     except OSError as error:
         raise refusal(error, f"{out}: cannot be written") from None
-    net_file, table, picture = files
+    net_file, table, picture, _ = files
     return Imported(net_file, table, picture, len(lanes), raw, check, tuple(mended), tuple(notes))
 
 

@@ -27,7 +27,7 @@ from gpsec.pipeline.batched import BatchedMethod
 from gpsec.pipeline.filter_noise import filter_noise
 from gpsec.pipeline.fleet_choice import FleetChoice, run_profiles
 from gpsec.pipeline.loop import LoopSettings, Move, follow_fronts
-from gpsec.pipeline.mismatch import lane_mistakes, map_error, mismatch, tapes, zone_files
+from gpsec.pipeline.mismatch import lane_mistakes, map_error, mismatch, seen_by_place, tapes, visibility, zone_files
 from gpsec.scenario import Scenario
 from gpsec.scenario.parts import use
 from gpsec.scenario.traffic import sumo_options
@@ -36,6 +36,7 @@ from gpsec.sensors.profiles import SensorProfile, residual_sigma_m
 from gpsec.sensors.registry import PROFILES
 from gpsec.sensors.sense import Sensors
 from gpsec.sensors.shared_errors import SharedErrors
+from gpsec.sensors.visibility import Visibility
 from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.vehicle_attacks import carried_attacks
 from gpsec.traffic.vehicletypes import check_type_names, named_sensors
@@ -56,6 +57,7 @@ class Ground:
         sensors: of the profiles of the run.
         world: what the filters work with.
         association: how vehicles know their lane.
+        visibility: what cameras see by place, None where they lose markings by the clock.
         move: how bodies move.
         notes: what the user should know of it, one sentence each.
 
@@ -67,6 +69,7 @@ class Ground:
     sensors: Sensors
     world: World
     association: Associating
+    visibility: Visibility | None = None
     move: Move = follow_fronts
     notes: tuple[str, ...] = ()
 
@@ -94,8 +97,10 @@ def lay_ground(scenario: Scenario) -> Ground:
     association = Associating(scenario.fleet.association, hd_map.roads(layers), noise, options.step_s)
     view = MapView(hd_map.lanes, hd_map.index, association.mode, layers)
     world = World(view, noise, options.step_s)
-    sensors = Sensors(profiles, options.step_s, mismatch(scenario), tapes(scenario, profiles, options.step_s))
-    return Ground(options, choice, hd_map, sensors, world, association)
+    seen = profiles if scenario.fleet.camera.visibility == "clock" else tuple(map(seen_by_place, profiles))
+    sensors = Sensors(seen, options.step_s, mismatch(scenario), tapes(scenario, profiles, options.step_s))
+    visible, notes = visibility(scenario, hd_map, options)
+    return Ground(options, choice, hd_map, sensors, world, association, visibility=visible, notes=notes)
 
 
 def make_detection(scenario: Scenario, ground: Ground) -> Detection:
@@ -190,6 +195,7 @@ def loop_settings(
         profile_of=ground.choice.profile,
         shared=shared,
         mistakes=lane_mistakes(scenario),
+        visibility=ground.visibility,
         move=ground.move,
         forks=scenario.closed_loop.world is None,
     )

@@ -19,6 +19,7 @@ from gpsec.hdmap.map import HDMap
 from gpsec.outcomes.recorder import Outcomes
 from gpsec.sensors.sense import Sensors
 from gpsec.sensors.shared_errors import SharedErrors
+from gpsec.sensors.visibility import Visibility
 from gpsec.traffic.body import advance, axle_distance
 from gpsec.traffic.source import Departure, Frame
 from gpsec.types.camera import NO_MISTAKES, LaneMistakes
@@ -53,6 +54,7 @@ class LoopSettings:
         profile_of: gives the index of the sensor profile of a vehicle that departs.
         shared: what is added to all fixes, None for nothing.
         mistakes: how cameras err about the lane that they show.
+        visibility: what cameras see by place, None where they lose markings by the clock.
         move: how bodies move.
         look: changes what cameras see, once the bodies are placed.
         forks: a plan's track is forked from the benign one; otherwise it takes its place, since there is only one plan
@@ -69,6 +71,7 @@ class LoopSettings:
     profile_of: Callable[[Departure], int]
     shared: SharedErrors | None = None
     mistakes: LaneMistakes = NO_MISTAKES
+    visibility: Visibility | None = None
     move: Move = follow_fronts
     look: LookChange | None = None
     forks: bool = True
@@ -108,6 +111,7 @@ class Loop:
         self._mistakes = settings.mistakes
         self._move = settings.move
         self._look, self._forks = settings.look, settings.forks
+        self._visibility = settings.visibility
         self._sensors = settings.sensors
         self._sensor_state = settings.sensors.new_state(1)
         self._shared = settings.shared
@@ -152,6 +156,8 @@ class Loop:
         self._threads.run(locate, rows, frame.step, self._clock.step_s, self._roads, self._mistakes, vehicles)
         if self._look is not None:
             self._look(rows, vehicles)
+        if self._visibility is not None:
+            self._visibility.limit(rows, vehicles, self._threads)
         self._watch.lap("truth")
         self._sensors.sense(self._sensor_state, vehicles, self.seen, rows, frame.step, self._threads)
         if self._shared is not None and self._common is not None:

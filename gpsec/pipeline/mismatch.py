@@ -12,9 +12,11 @@ from gpsec.sensors.sense import Sensors
 from gpsec.sensors.shared_errors import SharedErrors
 from gpsec.sensors.shipped_tapes import load_tape
 from gpsec.sensors.tapes import Tapes, check_tape
+from gpsec.sensors.visibility import Visibility
 from gpsec.traffic.options import SumoOptions
 from gpsec.types.camera import LaneMistakes
 from gpsec.types.drawn_zones import DrawnZone
+from gpsec.types.paint import paint_file, read_paint
 from gpsec.types.tapes import Tape
 
 
@@ -57,6 +59,30 @@ def tapes(scenario: Scenario, profiles: Sequence[SensorProfile], step_s: float) 
             loaded[kind], _ = load_tape(name)
             check_tape(loaded[kind], f"fleet.{kind}.tape: {name}", kind, profiles, step_s)
     return Tapes(loaded.get("gnss"), loaded.get("camera"))
+
+
+def seen_by_place(profile: SensorProfile) -> SensorProfile:
+    """Return a profile whose camera loses no markings by the clock."""
+    camera = profile.camera.model_copy(update={"outages_per_h": 0.0})
+    return profile.model_copy(update={"camera": camera})
+
+
+def visibility(scenario: Scenario, hd_map: HDMap, options: SumoOptions) -> tuple[Visibility | None, tuple[str, ...]]:
+    """Return what cameras see by place, None where they lose markings by the clock; and what the user should know.
+
+    Raises:
+        GpsecError: the file of lines beside the net is not as it should be.
+    """
+    if scenario.fleet.camera.visibility == "clock":
+        return None, ()
+    file = paint_file(options.net_file)
+    there = file.is_file()
+    stretches = read_paint(file) if there else []
+    said = (
+        f"lines are those of {file.name}" if there else f"there is no {file.name}: every lane has lines on both sides"
+    )
+    note = f"cameras lose the lane by place: {said}; only vehicles of the fleet hide it"
+    return Visibility.on(hd_map, stretches), (note,)
 
 
 def lane_mistakes(scenario: Scenario) -> LaneMistakes:

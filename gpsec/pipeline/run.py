@@ -103,7 +103,7 @@ class LoggedRun:
 
     def laid_on(self, ground: Ground) -> Ground:
         """Return what the run stands on."""
-        return replace(ground, sensors=self.sensors(ground.sensors), move=self.move, notes=self.notes)
+        return replace(ground, sensors=self.sensors(ground.sensors), move=self.move, notes=(*ground.notes, *self.notes))
 
 
 # Starts the traffic: what SUMO is run with, index of each lane id, who is equipped.

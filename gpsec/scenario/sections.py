@@ -30,9 +30,13 @@ class CameraSection(Section):
         tape: recorded errors that are played back in the place of the profiles' noise, bias and outages: the name of a
             tape that gpsec comes with, or a file ending in `.npz`, relative to the scenario's folder, in a flag to the
             current one; unset takes the profiles' figures.
+        visibility: `clock`: markings are lost at random, as the profiles say; `place`: where too little of a line lies
+            ahead, before stop lines, or behind another vehicle of the fleet. Lines are those of `NET.paint.csv` beside
+            the net, as `gpsec import` writes it; without that file every lane has both.
     """
 
     tape: Annotated[str | None, Unset] = None
+    visibility: Literal["clock", "place"] = "clock"
 
 
 class ReceiverSection(Section):

@@ -51,6 +51,7 @@ def test_shipped_map_end_to_end(
         "sharp_turns.check.csv",
         "sharp_turns.check.png",
         "sharp_turns.net.xml",
+        "sharp_turns.paint.csv",
     ]
     with (tmp_path / "sharp_turns.check.csv").open(newline="") as stream:
         rows = list(csv.DictReader(stream))
