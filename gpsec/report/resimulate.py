@@ -50,8 +50,11 @@ def simulate(run: Results, wanted: Mapping[str, Collection[str]], tell: Report) 
 
 def _run(scenario: Scenario, folder: Path, report: Report, only: Mapping[str, Collection[str]]) -> None:
     from gpsec.pipeline.run import run_scenario
+    from gpsec.replay.prepare import order_of
+    from gpsec.replay.running import replay_log
 
-    run_scenario(scenario, folder, report, only=only[scenario.name])
+    again = run_scenario if order_of(scenario) is None else replay_log
+    again(scenario, folder, report, only=only[scenario.name])
 
 
 def _scenario(run: Results, name: str, vehicles: Collection[str]) -> Scenario:

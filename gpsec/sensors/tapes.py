@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import floor, sqrt
+from math import floor
 
 import numpy as np
 
@@ -157,9 +157,3 @@ def check_tape(tape: Tape, name: str, kind: str, profiles: Sequence[SensorProfil
                 f"{name}: rate_hz: expected {needed_hz:g} or more, at which profile '{profile.name}' has samples, found"
                 f" {tape.rate_hz:g}"
             )
-
-
-def tape_sigma_m(tape: Tape) -> float:
-    """Return the standard deviation of a tape's first error (C0, or the mean of both axes of fixes)."""
-    there = tape.errors[~tape.missing]
-    return float(there[:, 0].std() if tape.kind == "camera" else sqrt(float(np.mean(there.std(axis=0) ** 2))))

@@ -1,9 +1,6 @@
 """A log through the pipeline: its sensors as they were, attacks in its fixes, tables, figures and a tape."""
 
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -206,22 +203,3 @@ def test_a_log_that_has_changed_is_not_run(tmp_path):
     csv_log(tmp_path, table(seed=3))
     with pytest.raises(GpsecError, match="the log has changed since"):
         order_of(scenario)
-
-
-def test_the_command_ends_with_2_and_writes_nothing_for_a_bad_log(tmp_path):
-    columns = table()
-    columns.loc[100, "t_s"] = 0.0
-    csv_log(tmp_path, columns)
-    done = subprocess.run(
-        [sys.executable, "-m", "gpsec", "replay", "drive.csv", "--out", "out"],
-        cwd=tmp_path,
-        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 2
-    assert done.stderr.startswith("gpsec: error: ")
-    assert "expected times that ascend" in done.stderr
-    assert done.stderr.count("\n") == 1
-    assert [path.name for path in tmp_path.iterdir()] == ["drive.csv"]
