@@ -20,7 +20,8 @@ LOG_PAGE = "log.html"
 # A figure that a log can judge is marked where it is off by more.
 FACTOR = 2.0
 _LAG = re.compile(r"√structure ([0-9.]+) s")
-_MOST_POINTS = 4000
+_MOST_POINTS, _LARGEST = 4000, 1e12
+_NUMBERS = ("value", "value_lo", "value_hi", "n", "profile_says")
 _NEEDED = ("scenario", "sensor", "axis", "figure", "unit", "value", "value_lo", "value_hi", "n", "profile_says", "key")
 
 
@@ -50,17 +51,22 @@ def write_log_page(folder: Path) -> Path | None:
 
 
 def _read(file: Path) -> pd.DataFrame:
-    texts = dict.fromkeys(("scenario", "sensor", "axis", "figure", "unit", "key"), str)
     try:
-        table = pd.read_csv(file, dtype=texts, keep_default_na=False, na_values={"value": [""]} | _EMPTY)
+        table = pd.read_csv(file, dtype=str, keep_default_na=False)
     except (OSError, ValueError) as error:
         raise GpsecError(f"{file}: expected figures of a log, found none: {shown(str(error))}") from None
     if missing := [name for name in _NEEDED if name not in table]:
         raise GpsecError(f"{file}: {missing[0]}: expected this column, found none")
-    return table
+    return table.assign(**{name: _numbers(file, table[name]) for name in _NUMBERS})
 
 
-_EMPTY: dict[str, list[str]] = {name: [""] for name in ("value_lo", "value_hi", "profile_says", "n")}
+def _numbers(file: Path, cells: "pd.Series[str]") -> "pd.Series[float]":
+    """Return the numbers in a column, NaN where a cell is empty."""
+    numbers = pd.to_numeric(cells.where(cells != "", "nan"), errors="coerce")
+    wrong = (numbers.isna() & (cells != "")) | (numbers.abs() > _LARGEST)
+    if wrong.any():
+        raise GpsecError(f"{file}: {cells.name}: expected numbers, found '{shown(cells[wrong].iloc[0])}'")
+    return numbers
 
 
 def _structure(table: pd.DataFrame) -> Figure:

@@ -126,7 +126,7 @@ def _holders(node: Any) -> Any:
 
 def table(data: bytes, draw: Random) -> bytes:
     """Change a CSV table: a cell, a column, a row, the header."""
-    rows = list(csv.reader(io.StringIO(data.decode("utf-8", "replace"))))
+    rows = list(csv.reader(io.StringIO(data.decode("utf-8", "replace"), newline=None)))
     if not rows or not rows[0]:
         return anything(data, draw)
     row, column = draw.randrange(len(rows)), draw.randrange(len(rows[0]))

@@ -8,11 +8,20 @@ from pathlib import Path
 from gpsec import cli
 from gpsec.detection import models
 from gpsec.hdmap.map import load_map
+from gpsec.replay.fcd import read_clock, steps
+from gpsec.replay.figures import error_table
+from gpsec.replay.prepare import lay
+from gpsec.replay.readers import read_drive
+from gpsec.report.log_page import write_log_page
+from gpsec.sensors.registry import PROFILES
 from gpsec.traffic.recording import RecordedTraffic
 from gpsec.traffic.recordingfile import load_recording, on_net
+from gpsec.types.paint import read_paint
 from tests.bad_input.worlds import CAR, FLOW, config, routes, zone
 from tests.opendrive.maps import TWO_WAY, document, lane, road, section
 from tests.openstreetmap.maps import CROSSING
+from tests.replay.logs import table
+from tests.replay.test_readers import FCD
 
 from . import mutators
 from .material import Material
@@ -64,6 +73,12 @@ MAP = document(
     road(TWO_WAY),
     road(section(right=lane(-1) + lane(-2, kind="shoulder")), geometry=SPIRAL, number="2"),
 )
+LINES = b"lane,begin_m,end_m,left,right\na_0,0,12.5,1,0\na_0,12.5,40,1,1\n"
+FIGURES = (
+    "scenario,sensor,axis,figure,unit,value,value_lo,value_hi,n,profile_says,key\n"
+    "drive,gnss,across,√structure 0.1 s,m,0.01,0.009,0.011,400,0.28,gnss\n"
+    "drive,odometer,,scale - 1,,0.01,,,400,0.01,odometer.scale_ratio\n"
+).encode()
 
 
 @dataclass(frozen=True)
@@ -120,11 +135,34 @@ def readers(material: Material) -> dict[str, Reader]:
             {"traffic.npz": material.recording, "grid.net.xml": material.net},
             {"traffic.npz": mutators.arrays},
         ),
+        "log": Reader(_log, {"drive.csv": table().to_csv(index=False).encode()}, {"drive.csv": mutators.table}),
+        "fcd": Reader(_fcd, {"fcd.xml": FCD.encode()}, {"fcd.xml": mutators.xml}),
+        "lines": Reader(_lines, {"net.paint.csv": LINES}, {"net.paint.csv": mutators.table}),
+        "log page": Reader(_log_page, {"errors.csv": FIGURES}, {"errors.csv": mutators.table}),
         "models": Reader(_models, bundled, _ways(bundled)),
         "report": Reader(command("report", "r", "--geojson"), run, _ways(run)),
         "comparison": Reader(command("report", "r", "o"), {**run, **other}, _ways(run)),
         "trace": Reader(command("trace", "r", "f.0"), run, _ways(run)),
     }
+
+
+def _log() -> int:
+    laid = lay(read_drive(Path("drive.csv"), "csv"))
+    error_table(laid.log, "drive", PROFILES["consumer"])
+    return 0 if len(laid.drive) else 1
+
+
+def _fcd() -> int:
+    read_clock(Path("fcd.xml"))
+    return 0 if all(len(seen) >= 0 for _, seen in steps(Path("fcd.xml"))) else 1
+
+
+def _lines() -> int:
+    return 0 if len(read_paint(Path("net.paint.csv"))) >= 0 else 1
+
+
+def _log_page() -> int:
+    return 0 if write_log_page(Path.cwd()) else 1
 
 
 def _set() -> int:
