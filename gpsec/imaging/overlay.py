@@ -26,9 +26,9 @@ def overlaid(picture: np.ndarray, camera: RoadCamera, lane: SeenLane) -> np.ndar
             line = np.round(pixels[depth > 0.5].clip(-1e4, 1e4) * 16.0).astype(np.int32)
             cv2.polylines(drawn, [line], False, colour, max(round(2 * size), 1), cv2.LINE_AA, 4)
     said = f"C0 {lane.poly[0]:+.2f} m, sigma {lane.sigma_m:.2f} m" if lane.valid else "no lane"
-    at = (round(10 * size), round(24 * size))
-    for colour, stroke in (((0, 0, 0), 3), ((255, 255, 255), 1)):
-        cv2.putText(
-            drawn, said, at, cv2.FONT_HERSHEY_SIMPLEX, 0.55 * size, colour, max(round(stroke * size), 1), cv2.LINE_AA
-        )
+    cv2.rectangle(drawn, (0, 0), (round(230 * size), round(32 * size)), (40, 40, 40), -1)
+    at = (round(8 * size), round(22 * size))
+    cv2.putText(
+        drawn, said, at, cv2.FONT_HERSHEY_SIMPLEX, 0.5 * size, (255, 255, 255), max(round(size), 1), cv2.LINE_AA
+    )
     return drawn
