@@ -69,7 +69,7 @@ def replay(monkeypatch: pytest.MonkeyPatch) -> Callable[[Traffic], None]:
             warnings: Sequence[str] = ()
             traffic_only: dict[str, int] = {}  # noqa: RUF012
 
-            def __init__(self, options: Any, lane_index: Any, equip: Any) -> None:
+            def __init__(self, options: Any, lane_index: Any, equip: Any, controlled: bool = False) -> None:
                 super().__init__(traffic.recording)
                 self.options = options
 
