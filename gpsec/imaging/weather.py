@@ -1,7 +1,6 @@
 """Light, rain and wear: what stands between the paint and the pixels.
 
-The figures are assumed: they make pictures in which paint has the contrast that is reported for such weather, dry day
-3 : 1 and wet night next to nothing, and none was fitted to an error of the lane.
+The figures are assumed, and none was fitted to an error of the lane.
 """
 
 from dataclasses import dataclass
@@ -15,7 +14,8 @@ class Weather:
 
     Attributes:
         sky, asphalt, verge, white: grey levels in daylight.
-        worn: share of its strength that the most worn paint has lost; what is worn off by more than all is gone.
+        worn: share of its strength that the most worn paint has lost, the least worn quarter nothing; over 1, some of
+            it is gone.
         daylight: share of it that there is.
         headlights: brightness of one's own beams on the road, as a share of daylight.
         shadows: trees throw some.
