@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from gpsec.console import options
-from gpsec.core.errors import GpsecError
+from gpsec.core.errors import GpsecError, shown
 
 if TYPE_CHECKING:
     from gpsec.console.aftermath import Output
@@ -69,6 +69,12 @@ def run(
         bool,
         typer.Option("--closed-loop", help="Let vehicles steer by their estimate, in worlds beside benign ones."),
     ] = False,
+    inject_false_alarms: Annotated[
+        str | None,
+        typer.Option(
+            "--inject-false-alarms", metavar="A,B", help="In closed loop, false alarms a vehicle-hour: 0,1,5,25."
+        ),
+    ] = None,
     gui: Annotated[bool, typer.Option("--gui", help="Show the run in sumo-gui; one scenario.")] = False,
     gui_plan: Annotated[
         str | None, typer.Option("--gui-plan", metavar="PLAN", help="The attack that is shown. [default: the first]")
@@ -90,6 +96,7 @@ def run(
       gpsec run scenarios/town --set plans.drift.rate_mps=0.2 --set fleet.equipped_share=0.3
       gpsec run scenarios/town --seeds 1-10 --jobs 2
       gpsec run scenarios/town --closed-loop --seeds 1-10 --set closed_loop.on_alarm=stop
+      gpsec run scenarios/town --inject-false-alarms 1,5,25 --seeds 1-10
       gpsec run scenarios/* --out results/all --overwrite
       gpsec run scenarios/* --out results/all --resume
       gpsec run scenarios/town --gui --gui-plan spoofed_quarter --gui-defence lstm_glr+ukf
@@ -102,6 +109,9 @@ def run(
     from gpsec.scenario.outside import Outside
     from gpsec.scenario.overrides import Override
 
+    closed_loop = closed_loop or inject_false_alarms is not None
+    if closed_loop and gui:
+        raise GpsecError("--closed-loop: expected it without --gui")
     shown = live_run(scenarios, gui, gui_plan, gui_defence, gui_delay)
     flags = {
         ("seed",): (seed, f"--seed {seed}"),
@@ -115,8 +125,9 @@ def run(
     changes += [Override(key, value, flag) for key, (value, flag) in flags.items() if value is not None]
     output = Output(out, overwrite, resume, report, format_ == "parquet")
     found = _read(scenarios, changes, Outside(tuple(part or ()), allow_code))
-    if closed_loop and gui:
-        raise GpsecError("--closed-loop: expected it without --gui")
+    if inject_false_alarms is not None:
+        rates = _rates(inject_false_alarms)
+        found = [_with_false_alarms(one, rates) for one in found]
     if seeds is not None:
         if seed is not None or gui:
             raise GpsecError(f"--seeds {seeds}: expected it without {'--gui' if gui else '--seed'}")
@@ -126,6 +137,24 @@ def run(
         found = [world for one in found for world in _worlds(one, seed, parse_seeds(seeds) if seeds else ())]
         output = replace(output, report=False)
     return _run(found, output, jobs or cores(), shown)
+
+
+def _rates(text: str) -> list[float]:
+    """Return the rates of `--inject-false-alarms`.
+
+    Raises:
+        GpsecError: they are no numbers.
+    """
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        raise GpsecError(f"--inject-false-alarms: expected numbers such as 0,1,5,25, found '{shown(text)}'") from None
+
+
+def _with_false_alarms(scenario: "Scenario", rates_per_h: Sequence[float]) -> "Scenario":
+    from gpsec.scenario.worlds import with_false_alarms
+
+    return with_false_alarms(scenario, rates_per_h)
 
 
 def _worlds(scenario: "Scenario", seed: int | None, seeds: Sequence[int]) -> "list[Scenario]":

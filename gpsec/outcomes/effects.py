@@ -9,12 +9,12 @@ from gpsec.types.constants import UNDEFENDED
 
 MEASURES = ("collisions_per_1000_vkm", "delay_s", "standing_share", "mean_speed_mps", "arrived")
 BENIGN_PLAN = "none"
-_KEY = ["scenario", "plan", "defence", "on_alarm"]
+_KEY = ["scenario", "plan", "defence", "on_alarm", "false_alarms_per_h"]
 _RESAMPLES, _SEED = 4000, 2026
 
 
 def effects_table(worlds: pd.DataFrame, confidence: float = 0.95) -> pd.DataFrame:
-    """Return a row for each scenario, plan, defence and reaction with an attack.
+    """Return a row for each scenario, plan, defence, reaction and rate of injected alarms, but for the benign twins.
 
     Of each of `MEASURES` there are the mean over the benign twins, the mean of the differences of pairs of one seed,
     and the interval of that by bootstrap over the seeds, which is missing where there is one seed only.
@@ -23,9 +23,10 @@ def effects_table(worlds: pd.DataFrame, confidence: float = 0.95) -> pd.DataFram
         scenario=[scenario_of_world(name) for name in worlds["scenario"]],
         collisions_per_1000_vkm=1000.0 * worlds["collisions"] / worlds["vehicle_km"].clip(lower=1e-9),
     )
-    benign = worlds[worlds["plan"] == BENIGN_PLAN].set_index(["scenario", "on_alarm", "defence", "seed"])
+    twin = (worlds["plan"] == BENIGN_PLAN) & (worlds["false_alarms_per_h"] == 0.0)
+    benign = worlds[twin].set_index(["scenario", "on_alarm", "defence", "seed"])
     there, rows = {key[:3] for key in benign.index}, []
-    for key, group in worlds[worlds["plan"] != BENIGN_PLAN].groupby(_KEY, sort=False):
+    for key, group in worlds[~twin].groupby(_KEY, sort=False):
         names = dict(zip(_KEY, key, strict=True))
         place = names["scenario"], names["on_alarm"]
         # Where nobody is steered without an attack, one benign world is the twin of all defences.
@@ -34,10 +35,10 @@ def effects_table(worlds: pd.DataFrame, confidence: float = 0.95) -> pd.DataFram
         paired = twins["vehicle_km"].notna().to_numpy()
         row = names | {"seeds": int(paired.sum())}
         for measure in MEASURES:
-            twin = twins[measure].to_numpy(np.float64)[paired]
-            difference = group[measure].to_numpy(np.float64)[paired] - twin
+            without = twins[measure].to_numpy(np.float64)[paired]
+            difference = group[measure].to_numpy(np.float64)[paired] - without
             low, high = _interval(difference, confidence)
-            mean = (difference.mean(), twin.mean()) if len(difference) else (np.nan, np.nan)
+            mean = (difference.mean(), without.mean()) if len(difference) else (np.nan, np.nan)
             row |= {f"twin_{measure}": mean[1], measure: mean[0], f"{measure}_low": low, f"{measure}_high": high}
         rows.append(row)
     columns = [f"{before}{measure}{after}" for measure in MEASURES for before, after in _PARTS]

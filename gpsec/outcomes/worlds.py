@@ -31,6 +31,7 @@ class WorldKey:
     plan: str
     defence: str
     on_alarm: str
+    false_alarms_per_h: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -19,8 +19,10 @@ _SHOWN = (
     ("collisions_per_1000_vkm", "collisions /1000 km", 1),
     ("delay_s", "delay s", 1),
     ("standing_share", "standing", 3),
+    ("mean_speed_mps", "speed m/s", 2),
     ("arrived", "arrivals", 1),
 )
+_KEY = ("scenario", "plan", "defence", "on_alarm")
 
 
 def print_worlds(out: Path, console: Console) -> None:
@@ -32,10 +34,12 @@ def print_worlds(out: Path, console: Console) -> None:
     for _, heading, _ in _SHOWN:
         table.add_column(Text(heading), justify="right")
     worlds = worlds.assign(scenario=[scenario_of_world(name) for name in worlds["scenario"]])
-    sums = worlds.groupby(["scenario", "plan", "defence", "on_alarm"])[["attacked", "out_of_lane"]].sum()
+    sums = worlds.groupby([*_KEY, "false_alarms_per_h"])[["attacked", "out_of_lane"]].sum()
     for row in effects.to_dict("records"):
-        key = tuple(row[name] for name in ("scenario", "plan", "defence", "on_alarm"))
-        counts = [str(int(value)) for value in sums.loc[key]]
+        key, rate = [row[name] for name in _KEY], row["false_alarms_per_h"]
+        counts = [str(int(value)) for value in sums.loc[(*key, rate)]]
+        if rate > 0.0:
+            key[1] = f"{rate:g} false alarms /h" + (f", {key[1]}" if key[1] != BENIGN_PLAN else "")
         cells = [*key, str(row["seeds"]), *counts, *(_cell(row, name, digits) for name, _, digits in _SHOWN)]
         table.add_row(*(Text(cell) for cell in cells))
     benign = worlds[worlds["plan"] == BENIGN_PLAN]

@@ -10,6 +10,7 @@ import numpy as np
 from gpsec.attacks.base import unit_vectors
 from gpsec.core.arrays import Flags, Floats, Ints
 from gpsec.core.geo import Projector
+from gpsec.core.noise import INJECTED_ALARM, uniforms
 from gpsec.encounters.encounters import SLOW_MPS, EncounterRules, Encounters, Met, People
 from gpsec.encounters.meeting import Kind
 from gpsec.hdmap.map import HDMap
@@ -57,7 +58,9 @@ class ClosedLoop:
         if world is None:
             raise ValueError("expected a scenario of a world")
         reaction = world.on_alarm or section.on_alarm
-        self._key = WorldKey(scenario.name, scenario.seed, world.plan, world.defence, reaction)
+        rate_per_h = world.false_alarms_per_h
+        self._key = WorldKey(scenario.name, scenario.seed, world.plan, world.defence, reaction, rate_per_h)
+        self._injected = rate_per_h * step_s / 3600.0  # probability in a step
         self._acting, self._map, self._step_s, self._section = acting, hd_map, step_s, section
         self._able = np.array([can_steer(name) for name in profiles])
         self._steering = Steering(
@@ -103,7 +106,7 @@ class ClosedLoop:
         self._carried = carried
         rows, vehicles, state = frame.rows, loop.vehicles, self._state
         state.note(rows, frame.lane, carried)
-        people = self._drivers(rows, loop, answers)
+        people = self._drivers(frame.step, rows, loop, answers)
         wishes = self._steering.update(frame.step, people)
         found = self._reached(rows, loop)
         steered = self._steering.now
@@ -115,13 +118,16 @@ class ClosedLoop:
         state.wrecked[rows], state.braking[rows] = met.wrecked[:count], met.braking[:count]
         return self._commands(rows, found, wishes, met, carried)
 
-    def _drivers(self, rows: Ints, loop: Loop, answers: Answers) -> Drivers:
+    def _drivers(self, step: int, rows: Ints, loop: Loop, answers: Answers) -> Drivers:
         tracks, vehicles, acting = loop.tracks, loop.vehicles, self._acting
         of_vehicle = np.full(len(vehicles.lane), -1, np.int32)
         of_vehicle[tracks.vehicle[loop.track_rows]] = loop.track_rows
         track = of_vehicle[rows]
         able = self._able[vehicles.profile[rows]]
         off_m = answers.estimate_m[track, acting.defence] - vehicles.rear_m[rows]
+        alarm = answers.alarm[track, acting.detector]
+        if self._injected > 0.0:
+            alarm = alarm | (uniforms(vehicles.key[rows], INJECTED_ALARM, step) < self._injected)
         along = unit_vectors(vehicles.lane_yaw_rad[rows])
         error_m = along[:, 0] * off_m[:, 1] - along[:, 1] * off_m[:, 0]
         return Drivers(
@@ -129,7 +135,7 @@ class ClosedLoop:
             key=vehicles.key[rows],
             settled=tracks.settled[track] & able,
             attacked=tracks.attacked[track] & able,
-            alarm=answers.alarm[track, acting.detector] & able & tracks.settled[track],
+            alarm=alarm & able & tracks.settled[track],
             error_m=np.where(vehicles.against[rows], 0.0, error_m),
             edge_m=self._edge_m(rows, loop),
             speed_mps=vehicles.speed_mps[rows],
@@ -153,7 +159,7 @@ class ClosedLoop:
     def _note(self, frame: Frame, people: Drivers, found: Flags, wishes: Wishes, party: People, met: Met) -> None:
         rows, steered = frame.rows, self._steering.now
         driven = steered.driven[rows]
-        reacts = driven & people.alarm & (steered.follow[rows] == Follow.LANE)
+        reacts = driven & steered.reacts[rows] & (steered.follow[rows] == Follow.LANE)
         now = TrueStep(
             rows=rows,
             attacked=people.attacked,

@@ -21,11 +21,13 @@ class ClosedWorld(Section):
         plan: name of the attack plan; `none` attacks nobody.
         defence: name of the defence whose estimate steers, and whose alarm is reacted to; the others look on.
         on_alarm: see `closed_loop.on_alarm`; unset takes that.
+        false_alarms_per_h: alarms for no reason that are added to those of the detector, in a vehicle-hour.
     """
 
     plan: str = BENIGN
     defence: str = UNDEFENDED
     on_alarm: Annotated[str | None, Unset] = None
+    false_alarms_per_h: float = Field(0.0, ge=0.0, le=3600.0)
 
     @field_validator("on_alarm")
     @classmethod

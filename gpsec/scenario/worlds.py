@@ -13,6 +13,7 @@ from gpsec.types.constants import UNDEFENDED
 STEERING_SIGMA_M = 0.5
 # Of worlds and seeds together; each has two processes, but only so many at a time as there are cores.
 MOST_WORLDS = 2000
+MOST_FALSE_ALARMS_PER_H = 3600
 
 
 def can_steer(profile: str) -> bool:
@@ -54,7 +55,25 @@ def worlds_of(scenario: Scenario) -> list[ClosedWorld]:
 def _twin(world: ClosedWorld, section: ClosedLoopSection) -> ClosedWorld:
     """Return the benign twin of a world; where nobody would be steered in it, it is the same for all defences."""
     alike = section.steer == "attacked" and world.on_alarm == DRIVE_ON
-    return world.model_copy(update={"plan": BENIGN, "defence": UNDEFENDED if alike else world.defence})
+    defence = UNDEFENDED if alike else world.defence
+    return world.model_copy(update={"plan": BENIGN, "defence": defence, "false_alarms_per_h": 0.0})
+
+
+def with_false_alarms(scenario: Scenario, rates_per_h: Sequence[float]) -> Scenario:
+    """Return a scenario whose worlds have no attack but false alarms, undefended, at each rate in a vehicle-hour.
+
+    They stop on an alarm where the scenario has no other reaction than to drive on.
+
+    Raises:
+        GpsecError: a rate is not one that there can be.
+    """
+    section = scenario.closed_loop
+    reaction = "stop" if section.on_alarm == DRIVE_ON else section.on_alarm
+    for rate in rates_per_h:
+        if not 0.0 <= rate <= MOST_FALSE_ALARMS_PER_H:
+            raise GpsecError(f"false alarms: expected 0 to {MOST_FALSE_ALARMS_PER_H} a vehicle-hour, found {rate:g}")
+    worlds = tuple(ClosedWorld(on_alarm=reaction, false_alarms_per_h=rate) for rate in rates_per_h)
+    return scenario.model_copy(update={"closed_loop": section.model_copy(update={"worlds": worlds})})
 
 
 def with_worlds(scenario: Scenario, seeds: Sequence[int]) -> list[Scenario]:

@@ -22,6 +22,7 @@ class Steered(NamedTuple):
         driven: (N,) gpsec steers; otherwise SUMO drives alone.
         offset_m: (N,) true displacement from the middle of the path, left positive; rate_mps: (N,) its rate.
         follow: (N,) what is steered by, a `Follow`.
+        reacts: (N,) the reaction asks for something else than to drive on by the estimate.
         brake_mps2: (N,) 0 where the vehicle does not brake on an alarm.
         calm_step: (N,) step in which attack and reaction were over, -1 before.
     """
@@ -30,6 +31,7 @@ class Steered(NamedTuple):
     offset_m: Floats = blank(0.0)
     rate_mps: Floats = blank(0.0)
     follow: Ints = blank(int(Follow.ESTIMATE))
+    reacts: Flags = blank(False)
     brake_mps2: Floats = blank(0.0)
     calm_step: Ints = blank(-1)
 
@@ -134,7 +136,7 @@ class Steering:
         waited_s = (step - steered.calm_step[rows]) * self._step_s
         believed = wanted | ((np.abs(people.error_m) > _BELIEVED_M) & (waited_s < _BELIEVED_S))
         steered.follow[rows] = np.where(believed, conduct.follow, Follow.LANE)
-        steered.brake_mps2[rows] = conduct.brake_mps2
+        steered.reacts[rows], steered.brake_mps2[rows] = reacts, conduct.brake_mps2
 
     def _release(self, people: Drivers) -> Ints:
         rows, steered = people.rows, self.now

@@ -103,6 +103,7 @@ def test_who_was_not_attacked_has_no_story():
 def world(name, plan, seed, collisions, defence="never+none", on_alarm="continue", **figures):
     base = {"vehicle_km": 50.0, "delay_s": 4.0, "standing_share": 0.1, "mean_speed_mps": 10.0, "arrived": 9}
     key = {"scenario": f"{name}-seed-{seed}", "seed": seed, "plan": plan, "defence": defence, "on_alarm": on_alarm}
+    key |= {"false_alarms_per_h": 0.0}
     return key | {"collisions": collisions} | base | figures
 
 
@@ -138,6 +139,12 @@ def test_a_world_that_has_a_benign_twin_of_its_own_is_compared_with_that():
     (row,) = effects_table(worlds).to_dict("records")
     assert row["delay_s"] == 7.0
     assert np.isnan(row["delay_s_low"])
+
+
+def test_false_alarms_are_compared_with_the_world_that_has_none():
+    quiet, loud = (world(f"a-world-0{k}", "none", 1, 0, on_alarm="stop", delay_s=1.0 + k) for k in (0, 1))
+    (row,) = effects_table(pd.DataFrame([quiet, loud | {"false_alarms_per_h": 5.0}])).to_dict("records")
+    assert (row["plan"], row["false_alarms_per_h"], row["delay_s"]) == ("none", 5.0, 1.0)
 
 
 def test_the_tables_have_the_columns_that_are_described(tmp_path):

@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -48,6 +49,8 @@ def test_undefended_vehicles_truly_leave_their_lanes_and_defended_ones_do_not(ra
     benign, undefended, defended = (row(folder) for folder in ran)
     assert benign["attacked"] == benign["out_of_lane"] == benign["collisions"] == 0
     assert undefended["attacked"] == defended["attacked"] > 8
+    assert defended["alarms"] == defended["attacked"]
+    assert defended["stops"] == defended["handovers"] == defended["mrm"] == 0
     stories = pd.read_csv(ran[1] / "events.csv")
     stories = stories[(stories["defence"] == "never+none") & (stories["attack_seconds"] > 8.0)]
     assert len(stories) > 4
@@ -91,6 +94,19 @@ def test_a_stop_on_an_alarm_stops_the_vehicle(repository, tmp_path):
     assert found["stops"] == found["attacked"] > 8
     stories = pd.read_csv(folder / "events.csv")
     assert (stories["stood_s"] > 1.0).sum() > 4
+
+
+def test_false_alarms_come_at_the_rate_that_is_asked_for(repository, tmp_path):
+    """Of 600 an hour, one in 6 s, exp(-5/6) find the vehicle driving, which stops for 5 s after each."""
+    asked = '[{on_alarm="stop",false_alarms_per_h=600.0}]'
+    world = worlds(repository, f"closed_loop.worlds={asked}")[1]
+    folder = go(world, tmp_path / "false")
+    found, vehicles = row(folder), pd.read_csv(folder / "vehicles.csv")
+    hours = vehicles[vehicles["defence"] == "never+none"]["vehicle_seconds"].sum() / 3600.0
+    assert found["alarms"] > 10
+    assert abs(found["alarms"] - 600.0 * hours) < 4.0 * (600.0 * hours) ** 0.5
+    assert found["attacked"] == 0
+    assert abs(found["stops"] / found["alarms"] - np.exp(-5.0 / 6.0)) < 0.15
 
 
 def test_what_is_recorded_cannot_react(repository, tmp_path):

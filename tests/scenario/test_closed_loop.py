@@ -7,7 +7,7 @@ from gpsec.scenario import load_scenario
 from gpsec.scenario.closed_loop import ClosedWorld
 from gpsec.scenario.model import Scenario
 from gpsec.scenario.overrides import parse_set
-from gpsec.scenario.worlds import can_steer, with_worlds, worlds_of
+from gpsec.scenario.worlds import can_steer, with_false_alarms, with_worlds, worlds_of
 from gpsec.sensors.registry import PROFILES
 
 
@@ -87,6 +87,16 @@ def test_worlds_that_cannot_be_are_refused(scenario, sets, said):
 def test_keys_that_mean_nothing_are_refused(scenario, text, said):
     with pytest.raises(GpsecError, match=said):
         scenario(text)
+
+
+def test_false_alarms_have_worlds_of_their_own_and_one_without(scenario):
+    found = worlds_of(with_false_alarms(scenario(), [5.0, 0.0]))
+    assert [(one.plan, one.on_alarm, one.false_alarms_per_h) for one in found] == [
+        ("none", "stop", 0.0),
+        ("none", "stop", 5.0),
+    ]
+    with pytest.raises(GpsecError, match="expected 0 to 3600 a vehicle-hour, found -1"):
+        with_false_alarms(scenario(), [-1.0])
 
 
 def test_more_worlds_than_a_machine_can_hold_are_refused(scenario):

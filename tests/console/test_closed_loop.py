@@ -1,0 +1,64 @@
+"""`gpsec run --closed-loop`: from the command line to the folder, and on with what is missing."""
+
+import csv
+import subprocess
+import sys
+
+import pytest
+
+SETS = (
+    *("--set", "fleet.settle_s=1.0", "--set", "detection.detectors=[]", "--set", "defences=[]"),
+    *("--set", "fleet.profile=carla", "--set", 'plans=[{attack="drift",share=1.0,start_after_s=[0.0,1.0]}]'),
+)
+
+
+def gpsec(*arguments):
+    command = [sys.executable, "-m", "gpsec", "run", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def rows(path):
+    return list(csv.DictReader(path.open(encoding="utf-8")))
+
+
+def test_worlds_are_run_shown_and_resumed(tmp_path):
+    out = tmp_path / "out"
+    asked = ("slow_curve", "--closed-loop", "--duration", "8", "--seeds", "1-2", *SETS, "--out", str(out))
+    ran = gpsec(*asked)
+    assert ran.returncode == 0, ran.stderr
+    assert "What attacks do to the traffic" in ran.stdout
+    assert "slow_curve-world-01-seed-2: running" in ran.stderr
+    worlds = rows(out / "worlds.csv")
+    assert [(one["plan"], one["seed"]) for one in worlds] == [
+        ("none", "1"),
+        ("none", "2"),
+        ("drift", "1"),
+        ("drift", "2"),
+    ]
+    assert int(worlds[2]["attacked"]) > 0
+    (effect,) = rows(out / "effects.csv")
+    assert (effect["scenario"], effect["plan"], effect["seeds"]) == ("slow_curve", "drift", "2")
+    again = gpsec(*asked, "--resume")
+    assert again.returncode == 0
+    assert "running" not in again.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("town", "--closed-loop", "--gui"), "--closed-loop: expected it without --gui"),
+        (("town", "--closed-loop", "--profile", "consumer"), "such a vehicle leaves its lane by itself"),
+        (("town", "--inject-false-alarms", "some"), "expected numbers such as 0,1,5,25, found 'some'"),
+        (("town", "--inject-false-alarms", "-1"), "expected 0 to 3600 a vehicle-hour"),
+        (("town", "--closed-loop", "--set", "traffic.lateral_resolution_m=0"), "closed loop: expected sublanes"),
+        (("town", "--closed-loop", "--engine", "reference"), "expected engine 'batched'"),
+        (("town", "--closed-loop", "--set", 'closed_loop.worlds=[{plan="sealth"}]'), "did you mean 'stealth'"),
+    ],
+)
+def test_what_cannot_be_is_one_sentence_and_leaves_nothing(arguments, said, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    ran = gpsec(*arguments)
+    assert ran.returncode == 2
+    assert said in " ".join(ran.stderr.split())
+    assert "Traceback" not in ran.stderr
+    assert not (tmp_path / "results").exists() or not list((tmp_path / "results").iterdir())
