@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from gpsec.core import shipped
 from gpsec.core.errors import GpsecError, nearest, shown
 from gpsec.core.processes import check_may_start
 from gpsec.core.threads import cores
@@ -24,9 +23,9 @@ from gpsec.detection.training import SETTLE_S
 from gpsec.scenario.outside import load_parts
 from gpsec.scenario.parts import use
 from gpsec.sensors.registry import PROFILES
-from gpsec.traffic.options import resolve_options
-from gpsec.training.collect import record_scenario, recorded_traffic, residual_log
-from gpsec.training.pool import Call, Pool, TrainingProgress, tell_progress
+from gpsec.training.collect import residual_log
+from gpsec.training.pool import Pool, TrainingProgress, tell_progress
+from gpsec.training.recordings import FOLDER, Recordings
 from gpsec.training.train_models import CALIBRATION_RUNS, NETWORKS
 
 HOURS = 1000.0
@@ -43,8 +42,7 @@ class RareJob:
         model: what was learned, with its arrays read.
         detectors: whose thresholds are wanted.
         hours: of benign driving, at least.
-        folder: where the recordings lie, as ``<network>-<seed>.npz``.
-        nets: net file of each network.
+        traffic: recordings.
         seeds: of the traffic.
         parts: from outside gpsec.
     """
@@ -54,8 +52,7 @@ class RareJob:
     model: ProfileModel
     detectors: tuple[str, ...]
     hours: float
-    folder: Path
-    nets: Mapping[str, Path]
+    traffic: Recordings
     seeds: tuple[int, ...]
     parts: tuple[str, ...]
 
@@ -72,7 +69,7 @@ def calibrate(
     detectors: Sequence[str] = (),
     profiles: Sequence[str] = (),
     parts: Sequence[str] = (),
-    traffic: Path | str = "build/traffic",
+    traffic: Path | str = FOLDER,
     jobs: int | None = None,
     report: Callable[[TrainingProgress], None] | None = None,
 ) -> tuple[str, ...]:
@@ -111,7 +108,7 @@ def calibrate(
         work = _work(models, (tuple(detectors), tuple(profiles), loaded), hours, Path(traffic))
         if not work:
             return ()
-        _record(work, pool)
+        work[0].traffic.record({seed for job in work for seed in job.seeds}, pool)
 
         def keep(place: int, found: Mapping[str, Mapping[str, Calibrated | None]]) -> None:
             job = work[place]
@@ -154,7 +151,7 @@ def rare_job(job: RareJob) -> dict[str, dict[str, Calibrated | None]]:
     kept = [Harvest(detector, SETTLE_S) for detector in built if isinstance(detector, Detector)]
     plain = [harvest for harvest in kept if not harvest.detector.reads_monitor]
     gated = GatedHarvest([harvest for harvest in kept if harvest.detector.reads_monitor])
-    runs = [(network, seed) for seed in job.seeds for network in job.nets]
+    runs = [(network, seed) for seed in job.seeds for network in job.traffic.nets]
     watched = bool(gated.harvests)
     gate = float(gates_for([job.profile], job.association, own)[0]) if watched else 0.0
     time = 0
@@ -162,9 +159,9 @@ def rare_job(job: RareJob) -> dict[str, dict[str, Calibrated | None]]:
         time += 1
         for network, seed in runs:
             tell_progress(job.name, f"{kept[0].hours:.0f} of {job.hours:.0f} vehicle-hours", *_part(kept[0], job))
-            recording = recorded_traffic(job.folder / f"{network}-{seed}.npz", job.nets[network])
+            recording = job.traffic.read(network, seed)
             noise = seed + time * NEW_NOISE
-            log = residual_log(recording, job.nets[network], network, profile, job.association, noise, watched)
+            log = residual_log(recording, job.traffic.nets[network], network, profile, job.association, noise, watched)
             grid = Grid.of([log])
             for harvest in plain:
                 harvest.take(grid)
@@ -192,7 +189,7 @@ def _work(
 ) -> list[RareJob]:
     """Return what is left to do."""
     detectors, profiles, parts = chosen
-    nets = {network: resolve_options(_config(network), seed=1).net_file for network in NETWORKS}
+    recordings = Recordings.of(NETWORKS, traffic)
     work = []
     for (profile, association), model in sorted(models.items()):
         if profiles and profile not in profiles:
@@ -205,30 +202,13 @@ def _work(
         if names:
             first = (1 + CALIBRATION_RUNS) * int(model.provenance.get("seed", 1))
             seeds = tuple(range(first + 1, first + 1 + CALIBRATION_RUNS))
-            work.append(RareJob(profile, association, model, names, hours, traffic, nets, seeds, parts))
+            work.append(RareJob(profile, association, model, names, hours, recordings, seeds, parts))
     return work
 
 
 def _done(model: ProfileModel, detector: str, hours: float) -> bool:
     said: Mapping[str, Any] = model.provenance.get("rare", {}).get(detector, {})
     return bool(said) and said["hours"] >= hours and said["of"] == digest_of(model, detector)
-
-
-def _record(work: Sequence[RareJob], pool: Pool) -> None:
-    """Record the traffic that is not there yet."""
-    work[0].folder.mkdir(parents=True, exist_ok=True)
-    missing: list[Call] = [
-        (network, record_scenario, (_config(network), seed, target))
-        for network in work[0].nets
-        for seed in sorted({seed for job in work for seed in job.seeds})
-        if not (target := work[0].folder / f"{network}-{seed}.npz").exists()
-    ]
-    if missing:
-        pool.run("traffic", missing)
-
-
-def _config(network: str) -> Path:
-    return shipped.scenarios() / network / f"{network}.sumocfg"
 
 
 def _check_known(kind: str, names: Sequence[str], known: Sequence[str], out: Path) -> None:

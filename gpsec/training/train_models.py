@@ -5,7 +5,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from gpsec.core import shipped
 from gpsec.core.errors import GpsecError, nearest, shown
 from gpsec.core.processes import check_may_start
 from gpsec.core.threads import cores
@@ -16,9 +15,9 @@ from gpsec.detection.training import SETTLE_S, merged, related, train_one
 from gpsec.scenario.outside import load_parts
 from gpsec.scenario.parts import use
 from gpsec.sensors.registry import PROFILES
-from gpsec.traffic.options import resolve_options
-from gpsec.training.collect import record_scenario, recorded_traffic, residual_log
+from gpsec.training.collect import residual_log
 from gpsec.training.pool import Pool, TrainingProgress, tell_progress
+from gpsec.training.recordings import FOLDER, Recordings
 from gpsec.types.constants import MODELLED
 
 # None of these is among the networks that results are reported on.
@@ -34,8 +33,7 @@ class Job:
     Attributes:
         profile, association: what is trained.
         seed: of noise and training.
-        folder: where the recordings lie, as ``<network>-<seed>.npz``.
-        nets: net file of each network.
+        traffic: recordings.
         training_seed, calibration_seeds: of the traffic.
         detectors: those that are trained and calibrated.
         parts: from outside gpsec.
@@ -44,8 +42,7 @@ class Job:
     profile: str
     association: str
     seed: int
-    folder: Path
-    nets: dict[str, Path]
+    traffic: Recordings
     training_seed: int
     calibration_seeds: tuple[int, ...]
     detectors: tuple[str, ...] = DETECTORS.own
@@ -95,6 +92,7 @@ def train(
     networks: Sequence[str] = NETWORKS,
     parts: Sequence[str] = (),
     seed: int = 1,
+    traffic: Path | str = FOLDER,
     jobs: int | None = None,
     report: Callable[[TrainingProgress], None] | None = None,
 ) -> tuple[str, ...]:
@@ -113,6 +111,7 @@ def train(
         parts: detectors and profiles from outside gpsec that are loaded: `FILE.py:Name`, `package.module:Name`, or
             `FILE.toml`.
         seed: of traffic, noise and training.
+        traffic: folder of the recordings, which are kept for the next time, and for `gpsec.calibrate`.
         jobs: number of processes; None takes one for each core.
         report: called in this process with how far each of them is.
 
@@ -131,28 +130,20 @@ def train(
     wanted = Wanted(networks, profiles, detectors, loaded)
     with tempfile.TemporaryDirectory(prefix="gpsec-train-") as name:
         pool = Pool(jobs or cores(), Path(name), report or _ignore)
-        return tuple(job.name for job in _train(wanted, Path(out), seed, pool))
+        return tuple(job.name for job in _train(wanted, Path(out), (seed, Path(traffic)), pool))
 
 
-def _train(wanted: Wanted, out: Path, seed: int, pool: Pool) -> list[Job]:
+def _train(wanted: Wanted, out: Path, sources: tuple[int, Path], pool: Pool) -> list[Job]:
+    seed, traffic = sources
     networks, profiles, detectors = wanted.resolved()
     models = _former(out, whole=len(networks) == len(NETWORKS))
-    configs = {network: shipped.scenarios() / network / f"{network}.sumocfg" for network in networks}
-    nets = {network: resolve_options(path, seed=seed).net_file for network, path in configs.items()}
     first = (1 + CALIBRATION_RUNS) * seed
     seeds = range(first, first + 1 + CALIBRATION_RUNS)
-    folder = pool.folder
-    pool.run(
-        "traffic",
-        [
-            (network, record_scenario, (configs[network], traffic_seed, folder / f"{network}-{traffic_seed}.npz"))
-            for network in networks
-            for traffic_seed in seeds
-        ],
-    )
+    recordings = Recordings.of(networks, traffic)
+    recordings.record(seeds, pool)
     lasting = (detectors, wanted.parts)
     work = [
-        Job(profile, association, seed, folder, nets, seeds[0], tuple(seeds[1:]), *lasting)
+        Job(profile, association, seed, recordings, seeds[0], tuple(seeds[1:]), *lasting)
         for profile in profiles
         for association in MODELLED
     ]
@@ -183,13 +174,14 @@ def train_job(job: Job) -> ProfileModel:
     watched = any(DETECTORS[name].reads_monitor for name in job.detectors)
 
     def logs(*seeds: int, watched: bool = False) -> list[ResidualLog]:
-        runs = [(network, seed) for seed in seeds for network in job.nets]
+        runs = [(network, seed) for seed in seeds for network in job.traffic.nets]
         collected = []
         for done, (network, seed) in enumerate(runs):
             tell_progress(job.name, "sensing", done, len(runs))
-            recording = recorded_traffic(job.folder / f"{network}-{seed}.npz", job.nets[network])
-            net_file = job.nets[network]
-            collected.append(residual_log(recording, net_file, network, profile, job.association, seed, watched))
+            recording = job.traffic.read(network, seed)
+            collected.append(
+                residual_log(recording, job.traffic.nets[network], network, profile, job.association, seed, watched)
+            )
         return collected
 
     def progress(stage: str, done: int, total: int) -> None:
