@@ -80,7 +80,7 @@ def test_the_later_of_two_flags_wins(folder: Path) -> None:
     assert load(folder, "", "seed=2", "seed=3").seed == 3
 
 
-def test_defaults_are_every_attack_and_the_six_defences(folder: Path) -> None:
+def test_defaults_are_every_attack_and_a_defence_for_each_detector(folder: Path) -> None:
     scenario = load(folder)
     assert [defence.name for defence in scenario.defences] == [
         "never+none",
@@ -89,6 +89,8 @@ def test_defaults_are_every_attack_and_the_six_defences(folder: Path) -> None:
         "cusum+ukf",
         "isolation_forest+ukf",
         "lstm_glr+ukf",
+        "innovation+ukf",
+        "joint+ukf",
     ]
     assert {plan.attack for plan in scenario.plans} == set(ATTACKS) >= {"constant_bias", "lane_alias"}
     assert {plan.share for plan in scenario.plans} == {0.5}

@@ -197,7 +197,9 @@ class DetectionSection(Section):
             the current one; unset takes those that gpsec comes with.
     """
 
-    detectors: tuple[str, ...] = Field(("chi_square", "cusum", "isolation_forest", "lstm_glr"), strict=False)
+    detectors: tuple[str, ...] = Field(
+        ("chi_square", "cusum", "isolation_forest", "lstm_glr", "innovation", "joint"), strict=False
+    )
     rates: tuple[str, ...] = Field((HEADLINE_RATE, PER_SAMPLE), strict=False)
     monitor: Literal["R2", "R3"] = "R2"
     models: Annotated[str | None, Unset] = None

@@ -112,7 +112,7 @@ profile = "carla" # whose sensors they have: gpsec list profiles; or shares, {{ 
 
 # Detectors to score (gpsec list detectors), and the rates of false alarms at which each is scored.
 [detection]
-detectors = ["chi_square", "cusum", "isolation_forest", "lstm_glr"]
+detectors = ["chi_square", "cusum", "isolation_forest", "lstm_glr", "innovation", "joint"]
 rates = ["0.1/h", "1e-3/sample"]
 
 # A defence is a detector and what is done on its alarm. The undefended vehicle, never+none, is always there.
@@ -128,6 +128,10 @@ response = "ukf"
 detector = "lstm_glr" # the paper's UKF behind our form of its LSTM
 response = "ukf"
 rate = "1e-3/sample" # ten times an hour and more; without it 0.1/h, which one would drive with
+
+[[defences]]
+detector = "joint" # innovations of GNSS together with the camera's residual
+response = "ukf5_rollback" # starts again from before the attack, and knows its odometer
 
 # Attack plans: who is attacked, when, and how; gpsec list attacks. The zone in {Path(sumocfg).stem}.add.xml is one
 # more, and so are those that you draw in netedit (polygons and points of type gpsec.attack).
