@@ -21,7 +21,14 @@ TOLERANCE = 1e-6
 @pytest.fixture(scope="module")
 def results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """Folders of one run with each engine."""
-    thresholds = {"chi_square": 4.0, "cusum": 6.0, "isolation_forest": 0.62, "lstm_glr": 4.0, "innovation": 12.0, "joint": 20.0}
+    thresholds = {
+        "chi_square": 4.0,
+        "cusum": 6.0,
+        "isolation_forest": 0.62,
+        "lstm_glr": 4.0,
+        "innovation": 12.0,
+        "joint": 20.0,
+    }
     calibrated = {
         rate: {name: Calibrated(factor * threshold, 0.0) for name, threshold in thresholds.items()}
         for rate, factor in (("1e-3/sample", 1.0), ("0.1/h", 1.2))
