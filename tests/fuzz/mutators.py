@@ -5,6 +5,7 @@ import csv
 import io
 import json
 import zipfile
+import zlib
 from collections.abc import Callable
 from random import Random
 from typing import Any
@@ -151,7 +152,7 @@ def arrays(data: bytes, draw: Random) -> bytes:
     try:
         with np.load(io.BytesIO(data), allow_pickle=False) as stored:
             held = {name: stored[name] for name in stored.files}
-    except (ValueError, OSError, zipfile.BadZipFile, EOFError):
+    except (ValueError, OSError, zipfile.BadZipFile, zlib.error, EOFError):
         return anything(data, draw)
     name = draw.choice(list(held))
     kind = draw.randrange(7)

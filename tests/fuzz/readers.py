@@ -1,13 +1,19 @@
 """What gpsec reads, as it is in order, and what each reader is asked to do with it when it is not."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from functools import partial
+from json import dumps
 from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
 
 from gpsec import cli
 from gpsec.detection import models
 from gpsec.hdmap.map import load_map
+from gpsec.imaging.calibration import read_calibration
+from gpsec.imaging.camera import RoadCamera
 from gpsec.replay.fcd import read_clock, steps
 from gpsec.replay.figures import error_table
 from gpsec.replay.prepare import lay
@@ -17,6 +23,7 @@ from gpsec.sensors.registry import PROFILES
 from gpsec.traffic.recording import RecordedTraffic
 from gpsec.traffic.recordingfile import load_recording, on_net
 from gpsec.types.paint import read_paint
+from gpsec.types.tapes import Tape, read_tape, write_tape
 from tests.bad_input.worlds import CAR, FLOW, config, routes, zone
 from tests.opendrive.maps import TWO_WAY, document, lane, road, section
 from tests.openstreetmap.maps import CROSSING
@@ -81,6 +88,9 @@ FIGURES = (
 ).encode()
 
 
+CALIBRATION = dumps(asdict(RoadCamera())).encode()
+
+
 @dataclass(frozen=True)
 class Reader:
     """Something that reads files of a user.
@@ -139,6 +149,8 @@ def readers(material: Material) -> dict[str, Reader]:
         "fcd": Reader(_fcd, {"fcd.xml": FCD.encode()}, {"fcd.xml": mutators.xml}),
         "lines": Reader(_lines, {"net.paint.csv": LINES}, {"net.paint.csv": mutators.table}),
         "log page": Reader(_log_page, {"errors.csv": FIGURES}, {"errors.csv": mutators.table}),
+        "tape": Reader(_tape, {"camera.npz": _a_tape()}, {"camera.npz": mutators.arrays}),
+        "calibration": Reader(_calibration, {"c.json": CALIBRATION}, {"c.json": mutators.json_}),
         "models": Reader(_models, bundled, _ways(bundled)),
         "report": Reader(command("report", "r", "--geojson"), run, _ways(run)),
         "comparison": Reader(command("report", "r", "o"), {**run, **other}, _ways(run)),
@@ -163,6 +175,23 @@ def _lines() -> int:
 
 def _log_page() -> int:
     return 0 if write_log_page(Path.cwd()) else 1
+
+
+def _tape() -> int:
+    return 0 if len(read_tape(Path("camera.npz"))[0].missing) else 1
+
+
+def _a_tape() -> bytes:
+    errors, sigma_m = np.arange(80.0).reshape(20, 4), np.full(20, 0.1)
+    missing, piece = np.zeros(20, np.bool_), np.array([0, 8])
+    tape = Tape("camera", 10.0, errors, missing, sigma_m, piece, np.zeros((2, 4)), "rain", {"made_by": "a test"})
+    with TemporaryDirectory() as folder:
+        write_tape(tape, Path(folder) / "camera.npz")
+        return (Path(folder) / "camera.npz").read_bytes()
+
+
+def _calibration() -> int:
+    return 0 if read_calibration(Path("c.json")).width > 0 else 1
 
 
 def _set() -> int:

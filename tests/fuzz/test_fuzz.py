@@ -22,7 +22,7 @@ from .workers import Case, Worker
 
 NAMES = (
     *("toml", "set", "sumocfg", "net", "routes", "additional", "opendrive", "openstreetmap", "demand"),
-    *("recording", "models", "report", "comparison", "trace"),
+    *("recording", "log", "fcd", "lines", "log page", "tape", "calibration", "models", "report", "comparison", "trace"),
 )
 FEW = range(1, 7)
 
