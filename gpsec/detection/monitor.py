@@ -32,6 +32,7 @@ from gpsec.detection.monitor_state import MonitorRules, MonitorState, Watched
 from gpsec.detection.pairing import DetectionClock, Pending
 from gpsec.detection.slow_part import aged, followed, on_another_road
 from gpsec.detection.standing import move_or_stand
+from gpsec.filters.adapting import MEAN_CUT_SQUARE, cut_square, learning_gain, learnt
 from gpsec.filters.learning import start_learning, update_learning
 from gpsec.types.tracks import SAMPLE_S, Tracks
 from gpsec.types.vehicles import Measurements, Vehicles
@@ -49,10 +50,8 @@ _BLIND_AFTER_S, _BLIND_LIMIT_S = 0.35, 10.0
 _REJOIN_SIGMAS, _REJOIN_M, _REJOIN_S = 2.0, 1.0, 1.0
 # A fix that no lane matches is at least so far from where the camera sees the vehicle; it counts for no more than this.
 _UNMATCHED_M, _UNMATCHED_SIGMAS = 1.6, 3.0
-# Variances are learnt over this time, from squares that count as no more than `_CUT`, whose mean then is `_CUT_MEAN`.
-_LEARNING_S, _CUT, _CUT_MEAN = 20.0, 6.0, 0.9384
-# A variance is not believed to be lower than this share of the data sheet's; the scale of the statistic not above 2.
-_LEAST, _MOST_SCALE = 0.7, 2.0
+# The scale of the statistic is not believed to be above 2.
+_MOST_SCALE = 2.0
 
 
 @inline
@@ -75,17 +74,6 @@ def whiten_fix(
     sample[ALONG_CHANNEL] = along / sqrt(s_aa)
     sample[ACROSS_CHANNEL] = (across - s_ac / s_aa * along) / sqrt(max(s_cc - s_ac * s_ac / s_aa, 1e-12))
     return east * east + north * north, s_aa + s_cc
-
-
-@inline
-def _learnt(before: float, gain: float, excess: float, most: float) -> float:
-    """Return the logarithm of a factor after a sample, kept between `_LEAST` and `most`."""
-    return min(max(before + gain * excess, log(_LEAST)), log(most))
-
-
-@inline
-def _square(w: float) -> float:
-    return min(w * w, _CUT)
 
 
 @inline
@@ -193,15 +181,15 @@ def watch(
         if state.alarm[row] or not (there[ALONG_CHANNEL] or there[CAMERA_CHANNEL]):
             continue
         if statistic < rules.learns_below and not blind:
-            gain = 0.5 * max(SAMPLE_S, step_s, noise.gnss_period_s[p]) / _LEARNING_S
+            gain = learning_gain(max(SAMPLE_S, step_s, noise.gnss_period_s[p]))
             if tested:
-                excess = _square(w[ALONG_CHANNEL]) + _square(w[ACROSS_CHANNEL]) - 2.0 * _CUT_MEAN
-                state.gnss[row] = _learnt(state.gnss[row], gain, excess, rules.cap)
+                excess = cut_square(w[ALONG_CHANNEL]) + cut_square(w[ACROSS_CHANNEL]) - 2.0 * MEAN_CUT_SQUARE
+                state.gnss[row] = learnt(state.gnss[row], gain, excess, rules.cap)
                 often = 1.0 if statistic > _TENTH else 0.0
                 state.scale[row] = min(max(state.scale[row] + 0.01 * (often - 0.1), 0.0), log(_MOST_SCALE))
             if there[CAMERA_CHANNEL]:
-                excess = _square(w[CAMERA_CHANNEL]) - _CUT_MEAN
-                state.camera[row] = _learnt(state.camera[row], gain * share, excess, rules.cap)
+                excess = cut_square(w[CAMERA_CHANNEL]) - MEAN_CUT_SQUARE
+                state.camera[row] = learnt(state.camera[row], gain * share, excess, rules.cap)
         if tested and not blind:
             update_learning(mean, P, state.innovation[row], x, y, sqrt(white))
         if there[CAMERA_CHANNEL]:

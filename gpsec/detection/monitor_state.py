@@ -5,6 +5,7 @@ from typing import NamedTuple
 from gpsec.core.arrays import Flags, Floats, Ints
 from gpsec.core.tables import blank
 from gpsec.detection.channels import Channels
+from gpsec.filters.adapting import MOST_VARIANCE
 from gpsec.filters.noise import FilterNoise
 
 
@@ -27,7 +28,7 @@ class MonitorRules(NamedTuple):
 
 
 # Where an attacker counts, and where maps are poor: `cap` and `learns_below`.
-PRESETS = {"R2": (2.5, 20.5), "R3": (3.0, 41.0)}
+PRESETS = {"R2": (MOST_VARIANCE, 20.5), "R3": (3.0, 41.0)}
 
 
 class MonitorState(NamedTuple):

@@ -1,6 +1,6 @@
 """The filters of `ukf5` from filterpy: an EKF that learns scale and gyro bias, and a UKF of offset and direction."""
 
-from math import cos, exp, sin, sqrt, tan
+from math import cos, exp, log, sin, sqrt, tan
 
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints, UnscentedKalmanFilter
@@ -70,32 +70,62 @@ class LearningEkf:
 
 
 class GatedEkf(LearningEkf):
-    """It refuses fixes that contradict it, by themselves or together with those before."""
+    """It refuses fixes that contradict it, by themselves or together with those before.
+
+    Attributes:
+        learnt: logarithm of the factor by which the white variance of fixes is larger than that of the data sheet.
+    """
 
     _FORGETS = (0.0, 0.6, 0.85, 0.95)
     _GATE = 16.0
+    # Older samples weigh less than 1e-9.
+    _SAMPLES = 450
 
     def __init__(self, noise: FilterNoise[float], mean: Floats, covariance: Floats) -> None:
         super().__init__(noise, mean, covariance)
         self._whitened: list[Floats] = []
+        # The covariance of the whitened innovations of each axis, and how many were refused since a fix was used.
+        self._together = [np.zeros((0, 0)), np.zeros((0, 0))]
+        self._refused = 0
+        self.learnt = 0.0
 
     def update(self, fix_m: Floats) -> None:
         """Correct with a fix, unless it is refused; `nis` is set in any case."""
         ekf = self._filter
+        ekf.R = np.eye(2) * self.noise.gnss_white_m**2 * exp(self.learnt)
         root = np.linalg.cholesky(self._H @ ekf.P @ self._H.T + ekf.R)
         new = np.linalg.solve(root, fix_m - self._H @ ekf.x)
         squares, means = self._sums()
         best = int(np.argmax(squares))
         if squares[best] > self._GATE and means[best] @ new - means[best] @ means[best] / 2.0 < -3.0:
             self._whitened.clear()
-        self._whitened.append(new)
-        if max(self._sums()[0]) > self._GATE:
+            self._refused = 0
+        self._take(new, 1.0 - ekf.R[0, 0] / np.diag(root) ** 2)
+        most = max(self._sums()[0])
+        if most < self._GATE / 2.0:
+            excess = float(np.minimum(new**2, 6.0).sum()) - 2.0 * 0.9384
+            gain = self.noise.gnss_period_s / 40.0
+            self.learnt = float(np.clip(self.learnt + gain * excess, log(0.7), log(2.5)))
+        if most > self._GATE:
             self.nis = float(new @ new)
+            self._refused += 1
         else:
+            self._refused = 0
             super().update(fix_m)
 
+    def _take(self, new: Floats, shared: Floats) -> None:
+        """Take a whitened innovation; with those refused before it, it shares a part of its variance on each axis."""
+        kept = len(self._whitened)
+        since = max(kept - self._refused, 0)
+        self._whitened = [*self._whitened, new][-self._SAMPLES :]
+        for axis, part in enumerate(shared):
+            matrix = np.eye(kept + 1)
+            matrix[:kept, :kept] = self._together[axis][:kept, :kept]
+            matrix[kept, since:kept] = matrix[since:kept, kept] = part
+            self._together[axis] = matrix[-self._SAMPLES :, -self._SAMPLES :]
+
     def _sums(self) -> tuple[list[float], list[Floats]]:
-        """Return, for each λ, |Σ λʲ w|² / Σ λ²ʲ and the mean Σ λʲ w / Σ λʲ."""
+        """Return, for each λ, the square of Σ λʲ w over its variance, and the mean Σ λʲ w / Σ λʲ."""
         if not self._whitened:
             return [0.0], [np.zeros(2)]
         samples, ages = np.array(self._whitened), np.arange(len(self._whitened))[::-1]
@@ -103,7 +133,8 @@ class GatedEkf(LearningEkf):
         for decay in self._FORGETS:
             weights = decay**ages
             total = weights @ samples
-            squares.append(float(total @ total / (weights @ weights)))
+            variance = np.array([weights @ matrix @ weights for matrix in self._together])
+            squares.append(float((total**2 / variance).sum()))
             means.append(total / weights.sum())
         return squares, means
 

@@ -8,8 +8,9 @@ import numpy as np
 from gpsec.core.arrays import Ints
 from gpsec.core.stopwatch import Stopwatch
 from gpsec.core.threads import Threads
+from gpsec.localization.gated import LEARNT_NOISE
 from gpsec.pipeline.batched import BatchedMethod
-from gpsec.reference.learning import LaneUkf
+from gpsec.reference.learning import GatedEkf, LaneUkf
 from gpsec.reference.method import ReferenceMethod
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Measurements, Vehicles
@@ -157,6 +158,9 @@ class SideBySide:
                 if defence.ekf.nis is not None:
                     nis = float((filters.innovation[at] ** 2).sum())
                     found.relative("EKF NIS", defence.ekf.nis, nis)
+            if isinstance(defence.ekf, GatedEkf):
+                found.close("gate's noise", defence.ekf.learnt, mean[LEARNT_NOISE])
+                found.seen["gate has learnt"] += bool(abs(mean[LEARNT_NOISE]) > 0.05)
             if isinstance(defence.ukf, LaneUkf):
                 order = [0, 1, 2, 5, 6, 3]
                 found.close("lane UKF state", defence.ukf.state, mean[order])

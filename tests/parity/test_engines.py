@@ -30,6 +30,7 @@ def test_both_engines_agree_after_every_step(drive: Drive, kind: str):
     assert found.seen["never alarm"] == 0
     assert min(found.seen["monitor alarm"], found.seen["monitor blind"], found.seen["monitor has learnt"]) > 50
     assert found.seen["fork"] == 15
+    assert found.seen["gate has learnt"] > 50
     assert min(found.seen["isolation begins"], found.seen["isolation ends"]) > 30
     assert found.seen["camera correction"] > 1000
     assert found.seen["lane correction"] > 1000
