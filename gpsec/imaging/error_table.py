@@ -21,6 +21,9 @@ ERROR_PLACES = ("all", "clear")
 _DRAWS, _CONFIDENCE = 400, 0.95
 # What a tape keeps of C0 … C3: far below their errors, and packed it takes a third of the room.
 _GRAIN = np.array([1e-4, 1e-6, 1e-8, 1e-10])
+# What is further off is another lane: while a line is crossed, picture and truth may name different ones. A tape has it
+# as missing, since it would be played where nobody changes lanes.
+_NEXT_LANE_M = 1.4
 # A piece of a tape is at least so long.
 _LEAST_S = 2.0
 _MAD = 1.4826
@@ -177,9 +180,11 @@ def tape_of(
             if part.stop - part.start < least or not found.any():
                 continue
             middle = np.median(values[part][found], axis=0)
-            errors_of.append(np.round((values[part] - middle) / _GRAIN) * _GRAIN * found[:, None])
+            off = values[part] - middle
+            found = found & (np.abs(off[:, 0]) < _NEXT_LANE_M)
+            errors_of.append(np.round(off / _GRAIN) * _GRAIN * found[:, None])
             missing.append(~found)
-            sigmas.append(np.round(sigma[part], 4))
+            sigmas.append(np.round(sigma[part], 4) * found)
             pieces.append(length)
             medians.append(middle)
             length += part.stop - part.start

@@ -1,7 +1,7 @@
 """The lane over several pictures: what was seen, moved on by odometer and gyro, and what is seen now."""
 
 from dataclasses import dataclass, field, replace
-from math import exp, hypot
+from math import exp
 
 import numpy as np
 
@@ -53,7 +53,7 @@ class LaneMemory:
         self._kept = SeenLane(
             (1.0 - share) * kept.poly + share * seen.poly,
             (1.0 - share) * kept.width_m + share * seen.width_m,
-            hypot((1.0 - share) * kept.sigma_m, share * seen.sigma_m),
+            (1.0 - share) * kept.sigma_m + share * seen.sigma_m,  # paint errs alike from one picture to the next
             True,
         )
         return self._kept

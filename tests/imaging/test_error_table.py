@@ -70,6 +70,14 @@ def test_a_tape_has_a_piece_for_each_stretch_less_its_median(tmp_path):
     write_tape(made, tmp_path / "t.npz")
 
 
+def test_the_next_lane_is_no_error_that_a_tape_keeps():
+    one = errors(300)
+    one.single[50:53, 0] += 3.5
+    made = tape_of([one], "single", "rain", 0.1, {"made_by": "a test"})
+    assert np.flatnonzero(made.missing).tolist() == [50, 51, 52]
+    assert np.abs(made.errors[:, 0]).max() < 1.0
+
+
 def test_an_empty_tape_is_refused():
     with pytest.raises(GpsecError, match="expected 2 s of a lane that is seen, found no such stretch"):
         tape_of([errors(50, lost=range(50))], "single", "rain", 0.1, {})
