@@ -22,9 +22,6 @@ def calibrate(
     profiles: Annotated[
         list[str] | None, typer.Option("--profile", metavar="P", help="Only this sensor profile; repeatable.")
     ] = None,
-    traffic: Annotated[Path, typer.Option(metavar="DIR", help="Recorded traffic, kept for the next time.")] = Path(
-        "build/traffic"
-    ),
     part: options.Part = None,
 ) -> None:
     """Calibrate rare false alarms (0.1/h, 0.01/h, 1e-3/h) of trained models on many hours of benign driving.
@@ -52,7 +49,6 @@ def calibrate(
             detectors=detectors or (),
             profiles=profiles or (),
             parts=loaded,
-            traffic=traffic,
             jobs=jobs,
             report=report,
         )

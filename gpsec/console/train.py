@@ -32,9 +32,6 @@ def train(
     profiles: Annotated[
         list[str] | None, typer.Option("--profile", metavar="P", help="Only this sensor profile; repeatable.")
     ] = None,
-    traffic: Annotated[Path, typer.Option(metavar="DIR", help="Recorded traffic, kept for the next time.")] = Path(
-        "build/traffic"
-    ),
     part: options.Part = None,
 ) -> None:
     """Train the learned detectors on benign runs and calibrate every threshold.
@@ -64,7 +61,6 @@ def train(
             networks=chosen,
             parts=loaded,
             seed=seed,
-            traffic=traffic,
             jobs=jobs,
             report=report,
         )

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gpsec.core.arrays import Flags, Floats
+from gpsec.core.arrays import Floats
 from gpsec.core.threads import Threads
 from gpsec.detection.base import Detector
 from gpsec.detection.calibration import MAX_ROUNDS, MIN_EVENTS, RATES, Calibrated, Rate, Search, replay
@@ -12,10 +12,9 @@ from gpsec.detection.extremes import counted_interval, modelled_thresholds
 from gpsec.detection.gate import GATED_AT, GATED_BY, search_gate
 from gpsec.detection.logs import Grid
 from gpsec.detection.monitored import monitored
+from gpsec.detection.near import KEPT_PER_HOUR, NearVehicles, level_of
 
-# Peaks are kept from the level on that so many vehicles an hour reach: over it the tail is fitted.
-LEVEL_PER_HOUR = 1.0
-RARE = {name: rate for name, rate in RATES.items() if rate.per_hour and rate.value < LEVEL_PER_HOUR}
+RARE = {name: rate for name, rate in RATES.items() if rate.per_hour and rate.value < KEPT_PER_HOUR}
 
 
 @dataclass
@@ -26,7 +25,6 @@ class Harvest:
         detector: built for the one profile of the logs.
         settle_s: samples before that age of a vehicle are seen by the detector but do not count.
         hours: vehicle-hours.
-        level: of the statistic, from which on vehicles are kept.
         peaks: largest settled statistic of each vehicle, piece by piece.
         near: the vehicles that reached the level.
     """
@@ -34,47 +32,61 @@ class Harvest:
     detector: Detector
     settle_s: float
     hours: float = 0.0
-    level: float = 0.0
     peaks: list[Floats] = field(default_factory=list)
-    near: list[Grid] = field(default_factory=list)
+    near: NearVehicles = field(default_factory=NearVehicles)
+
+    @property
+    def level(self) -> float:
+        """Of the statistic; over it vehicles are kept, and the tail is fitted."""
+        return level_of(np.concatenate([*self.peaks, np.zeros(0)]), self.hours)
 
     def take(self, grid: Grid, threads: Threads | None = None) -> None:
         """Look at further benign vehicles, and keep those that reached the level."""
-        self.near.append(grid.select(self.look(grid, threads)))
+        peak = self.look(grid, threads)
+        self.near.take(replace(grid, inputs=None), peak[np.newaxis], [self.level])
 
-    def look(self, grid: Grid, threads: Threads | None = None) -> Flags:
-        """Look at (V,) further benign vehicles; return which of them reached the level, on which the first decide."""
+    def look(self, grid: Grid, threads: Threads | None = None) -> Floats:
+        """Look at (V,) further benign vehicles; return the peak of each, settled or not."""
         opened = replay(self.detector, grid, np.inf, self.settle_s, threads)
-        if not self.peaks:
-            reached = min(max(round(LEVEL_PER_HOUR * opened.hours), 1), len(opened.settled_peak))
-            self.level = float(np.sort(opened.settled_peak)[-reached])
         self.hours += opened.hours
         self.peaks.append(opened.settled_peak)
-        return opened.peak > self.level
+        return opened.peak
 
     def calibrated(self, threads: Threads | None = None) -> dict[str, Calibrated | None]:
         """Return the threshold of each of `RARE`: counted where that can be, else from a model of extreme values."""
-        self.near = [Grid.joined(self.near)]
-        peaks = np.concatenate(self.peaks)
+        return self.calibrated_on(list(self.near.groups()), np.concatenate(self.peaks), threads)
+
+    def calibrated_on(
+        self, near: list[Grid], peaks: Floats, threads: Threads | None = None
+    ) -> dict[str, Calibrated | None]:
+        """Return what `calibrated` does, on vehicles of which these are all that reached the level.
+
+        Args:
+            near: the vehicles.
+            peaks: while settled, of these and any others.
+            threads: for the kernels.
+        """
+        over = peaks[peaks > self.level]
         found: dict[str, Calibrated | None] = {
-            name: None if rate.model else self._counted(rate, threads) for name, rate in RARE.items()
+            name: None if rate.model else self._counted(rate, near, np.unique(over), threads)
+            for name, rate in RARE.items()
         }
         names = [name for name, rate in RARE.items() if rate.model]
-        modelled = modelled_thresholds(peaks, self.hours, self.level, [RARE[name].value for name in names])
+        modelled = modelled_thresholds(over, self.hours, self.level, [RARE[name].value for name in names])
         for name, one in zip(names, modelled or (), strict=False):
             found[name] = Calibrated(one.threshold, RARE[name].value, one.lo, one.hi, model=True)
         return found
 
-    def _counted(self, rate: Rate, threads: Threads | None = None) -> Calibrated | None:
+    def _counted(
+        self, rate: Rate, near: list[Grid], values: Floats, threads: Threads | None = None
+    ) -> Calibrated | None:
         """Search for a threshold as `thresholds_by_rate` does, among the vehicles that were kept."""
-        peaks = np.concatenate(self.peaks)
-        values = np.unique(peaks[peaks > self.level])
         wanted = rate.value * self.hours
         if wanted < MIN_EVENTS or not len(values):
             return None
         search = Search(rate, values, max(len(values) - round(wanted) - 1, 0))
         for _ in range(MAX_ROUNDS):
-            search.learn(self._onsets(search.trial, threads) / self.hours)
+            search.learn(self.onsets(search.trial, near, threads) / self.hours)
             if search.finished:
                 break
         return None if search.best is None else self.bounded(search.best)
@@ -84,13 +96,9 @@ class Harvest:
         bounds = counted_interval(round(found.achieved * self.hours), self.hours)
         return Calibrated(found.threshold, found.achieved, *bounds)
 
-    def _onsets(self, threshold: float, threads: Threads | None) -> int:
+    def onsets(self, threshold: float, near: list[Grid], threads: Threads | None = None) -> int:
         """Return the alarms that begin in the closed loop."""
-        return sum(
-            replay(self.detector, grid, threshold, self.settle_s, threads).onsets
-            for grid in self.near
-            if len(grid.length)
-        )
+        return sum(replay(self.detector, grid, threshold, self.settle_s, threads).onsets for grid in near)
 
 
 @dataclass
@@ -98,38 +106,45 @@ class GatedHarvest:
     """The harvests of detectors that read the monitor, whose gate is known only in the end.
 
     Attributes:
-        harvests: of each of them; what they keep is empty before the end.
+        harvests: of each of them.
         near: vehicles that reached the level of one of them behind an open gate, with what the monitor is handed.
     """
 
     harvests: list[Harvest]
-    near: list[Grid] = field(default_factory=list)
+    near: NearVehicles = field(default_factory=NearVehicles)
 
     def take(self, grid: Grid, threads: Threads | None = None) -> None:
         """Look at further benign vehicles."""
         opened = monitored(grid, np.inf, threads)
-        reached = np.logical_or.reduce([harvest.look(opened, threads) for harvest in self.harvests])
-        self.near.append(grid.select(reached))
+        peaks = np.array([harvest.look(opened, threads) for harvest in self.harvests])
+        self.near.take(grid, peaks, [harvest.level for harvest in self.harvests])
 
     def calibrated(self, gate: float, threads: Threads | None = None) -> dict[str, dict[str, Calibrated | None]]:
         """Return the thresholds of each detector, as `Harvest.calibrated` does.
 
         The gate becomes the threshold of `joint` at 0.1/h; where these hours do not tell it, it stays `gate`.
         """
-        near = Grid.joined(self.near)
-        by_name = {harvest.detector.name: harvest for harvest in self.harvests}
-        first = by_name[GATED_BY]
-        opened = monitored(near, np.inf, threads, looks_back=False)
-        counts = replace(replay(first.detector, opened, np.inf, first.settle_s, threads), hours=first.hours)
-        found = search_gate(opened, counts, RARE[GATED_AT], first.settle_s, threads)
+        names = [harvest.detector.name for harvest in self.harvests]
+        first = self.harvests[names.index(GATED_BY)]
+        found = self._gate(names.index(GATED_BY), threads)
         gate = gate if found is None else found.threshold
-        gated = monitored(near, gate, threads)
+        gated = [monitored(grid, gate, threads) for grid in self.near.groups()]
         thresholds = {}
-        for name, harvest in by_name.items():
+        for name, harvest in zip(names, self.harvests, strict=True):
             # Vehicles that are not near are below all levels, and so below the gate: it changes nothing for them.
-            harvest.near = [gated]
-            harvest.peaks = [replay(harvest.detector, gated, np.inf, harvest.settle_s, threads).settled_peak]
-            thresholds[name] = harvest.calibrated(threads)
+            behind = [replay(harvest.detector, grid, np.inf, harvest.settle_s, threads).settled_peak for grid in gated]
+            thresholds[name] = harvest.calibrated_on(gated, np.concatenate(behind), threads)
         if found is not None:
             thresholds[GATED_BY][GATED_AT] = first.bounded(found)
         return thresholds
+
+    def _gate(self, place: int, threads: Threads | None = None) -> Calibrated | None:
+        """Search for the gate among the vehicles that came near it."""
+        first = self.harvests[place]
+        own = NearVehicles()
+        for grid, peaks in zip(self.near.grids, self.near.peaks, strict=True):
+            own.take(grid, peaks[[place]], [first.level])
+        opened = [monitored(grid, np.inf, threads, looks_back=False) for grid in own.groups()]
+        near = Grid.joined(opened)
+        counts = replace(replay(first.detector, near, np.inf, first.settle_s, threads), hours=first.hours)
+        return search_gate(near, counts, RARE[GATED_AT], first.settle_s, threads)

@@ -25,7 +25,7 @@ from gpsec.scenario.parts import use
 from gpsec.sensors.registry import PROFILES
 from gpsec.training.collect import residual_log
 from gpsec.training.pool import Pool, TrainingProgress, tell_progress
-from gpsec.training.recordings import FOLDER, Recordings
+from gpsec.training.recordings import Recordings
 from gpsec.training.train_models import CALIBRATION_RUNS, NETWORKS
 
 HOURS = 1000.0
@@ -69,7 +69,6 @@ def calibrate(
     detectors: Sequence[str] = (),
     profiles: Sequence[str] = (),
     parts: Sequence[str] = (),
-    traffic: Path | str = FOLDER,
     jobs: int | None = None,
     report: Callable[[TrainingProgress], None] | None = None,
 ) -> tuple[str, ...]:
@@ -84,7 +83,6 @@ def calibrate(
         detectors: names; none stands for all that the models have.
         profiles: names of sensor profiles; none stands for all that the models have.
         parts: detectors and profiles from outside gpsec, see `gpsec.train`.
-        traffic: folder of the recordings, which are kept for the next time.
         jobs: number of processes; None takes one for each core.
         report: called in this process with how far each of them is.
 
@@ -105,7 +103,7 @@ def calibrate(
     _check_known("detector", detectors, known, Path(out))
     with tempfile.TemporaryDirectory(prefix="gpsec-calibrate-") as name:
         pool = Pool(jobs or cores(), Path(name), report or _ignore)
-        work = _work(models, (tuple(detectors), tuple(profiles), loaded), hours, Path(traffic))
+        work = _work(models, (tuple(detectors), tuple(profiles), loaded), hours, pool.folder)
         if not work:
             return ()
         work[0].traffic.record({seed for job in work for seed in job.seeds}, pool)
@@ -185,11 +183,11 @@ def _work(
     models: Models,
     chosen: tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]],
     hours: float,
-    traffic: Path,
+    folder: Path,
 ) -> list[RareJob]:
     """Return what is left to do."""
     detectors, profiles, parts = chosen
-    recordings = Recordings.of(NETWORKS, traffic)
+    recordings = Recordings.of(NETWORKS, folder)
     work = []
     for (profile, association), model in sorted(models.items()):
         if profiles and profile not in profiles:

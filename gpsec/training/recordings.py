@@ -7,14 +7,13 @@ from importlib.metadata import version
 from pathlib import Path
 
 from gpsec.core import shipped
+from gpsec.core.caches import cache_folder, can_keep
 from gpsec.core.sources import digest
 from gpsec.traffic.input_files import input_files
 from gpsec.traffic.options import resolve_options
 from gpsec.traffic.recording import Recording
 from gpsec.training.collect import record_scenario, recorded_traffic
 from gpsec.training.pool import Call, Pool
-
-FOLDER = Path("build/traffic")
 
 
 @dataclass(frozen=True)
@@ -35,17 +34,25 @@ class Recordings:
     nets: dict[str, Path]
 
     @classmethod
-    def of(cls, networks: Sequence[str], folder: Path) -> "Recordings":
-        """Return the recordings of shipped networks in `folder`, which need not be there yet."""
+    def of(cls, networks: Sequence[str], otherwise: Path) -> "Recordings":
+        """Return the recordings of shipped networks, which need not be there yet.
+
+        They are kept in gpsec's cache, or in the folder `otherwise` where that cannot be written.
+
+        Raises:
+            GpsecError: somebody else can change what is in the cache.
+        """
+        kept = cache_folder() / "traffic"
+        folder = kept if can_keep(kept) else otherwise
         options = {network: resolve_options(_config(network), seed=1) for network in networks}
         digests = {
-            network: _digest([one.net_file, *one.route_files, *one.additional_files])
+            network: _digest([_config(network), one.net_file, *one.route_files, *one.additional_files])
             for network, one in options.items()
         }
         return cls(folder, digests, {network: one.net_file for network, one in options.items()})
 
     def record(self, seeds: Iterable[int], pool: Pool) -> None:
-        """Record what is not there yet, each in a process of the pool."""
+        """Record what is not there yet, each in a process of the pool; what is of another traffic goes."""
         self.folder.mkdir(parents=True, exist_ok=True)
         seeds = sorted(set(seeds))
         missing: list[Call] = [
@@ -56,6 +63,11 @@ class Recordings:
         ]
         if missing:
             pool.run("traffic", missing)
+        for network in self.nets:
+            for seed in seeds:
+                for former in self.folder.glob(f"{network}-{seed}-*.npz"):
+                    if former != self._path(network, seed):
+                        former.unlink(missing_ok=True)
 
     def read(self, network: str, seed: int) -> Recording:
         """Return a recording.

@@ -17,7 +17,7 @@ from gpsec.scenario.parts import use
 from gpsec.sensors.registry import PROFILES
 from gpsec.training.collect import residual_log
 from gpsec.training.pool import Pool, TrainingProgress, tell_progress
-from gpsec.training.recordings import FOLDER, Recordings
+from gpsec.training.recordings import Recordings
 from gpsec.types.constants import MODELLED
 
 # None of these is among the networks that results are reported on.
@@ -92,7 +92,6 @@ def train(
     networks: Sequence[str] = NETWORKS,
     parts: Sequence[str] = (),
     seed: int = 1,
-    traffic: Path | str = FOLDER,
     jobs: int | None = None,
     report: Callable[[TrainingProgress], None] | None = None,
 ) -> tuple[str, ...]:
@@ -111,7 +110,6 @@ def train(
         parts: detectors and profiles from outside gpsec that are loaded: `FILE.py:Name`, `package.module:Name`, or
             `FILE.toml`.
         seed: of traffic, noise and training.
-        traffic: folder of the recordings, which are kept for the next time, and for `gpsec.calibrate`.
         jobs: number of processes; None takes one for each core.
         report: called in this process with how far each of them is.
 
@@ -130,16 +128,15 @@ def train(
     wanted = Wanted(networks, profiles, detectors, loaded)
     with tempfile.TemporaryDirectory(prefix="gpsec-train-") as name:
         pool = Pool(jobs or cores(), Path(name), report or _ignore)
-        return tuple(job.name for job in _train(wanted, Path(out), (seed, Path(traffic)), pool))
+        return tuple(job.name for job in _train(wanted, Path(out), seed, pool))
 
 
-def _train(wanted: Wanted, out: Path, sources: tuple[int, Path], pool: Pool) -> list[Job]:
-    seed, traffic = sources
+def _train(wanted: Wanted, out: Path, seed: int, pool: Pool) -> list[Job]:
     networks, profiles, detectors = wanted.resolved()
     models = _former(out, whole=len(networks) == len(NETWORKS))
     first = (1 + CALIBRATION_RUNS) * seed
     seeds = range(first, first + 1 + CALIBRATION_RUNS)
-    recordings = Recordings.of(networks, traffic)
+    recordings = Recordings.of(networks, pool.folder)
     recordings.record(seeds, pool)
     lasting = (detectors, wanted.parts)
     work = [

@@ -104,7 +104,7 @@ def test_a_model_is_calibrated_on_recorded_traffic_and_not_again(tmp_path, monke
     monkeypatch.setattr(rare, "CALIBRATION_RUNS", 1)
     trained = bundled()["carla", "tracked"]
     save({("carla", "tracked"): replace(trained, learned=dict(trained.learned))}, tmp_path / "models")
-    wanted = {"hours": 100.0, "detectors": ["chi_square"], "traffic": tmp_path / "traffic", "jobs": 1}
+    wanted = {"hours": 100.0, "detectors": ["chi_square"], "jobs": 1}
     said = []
     assert calibrate(tmp_path / "models", **wanted, report=said.append) == ("carla/tracked",)
     assert any("of 100 vehicle-hours" in progress.stage for progress in said)
