@@ -34,6 +34,8 @@ from gpsec.types.vehicles import Vehicles
 WRECK_BRAKE_MPS2, OFF_ROAD_BRAKE_MPS2 = 8.0, 4.0
 # So far beyond a line the lane is still seen; cameras keep to it for a while.
 _SEEN_M = 0.3
+# Who is nearer to their path than this, and does not brake, drives as SUMO would: their touches are no encounters.
+ON_PATH_M = 0.3
 # A larger surplus is counted: there SUMO's other vehicles do not see a vehicle where it is.
 SURPLUS_M = 0.3
 _KINDS = {int(kind): kind.name.lower() for kind in Kind}
@@ -111,7 +113,9 @@ class ClosedLoop:
         found = self._reached(rows, loop)
         steered = self._steering.now
         driven = steered.driven[rows]
-        party = people_of(rows, vehicles, carried.others, driven | state.braking[rows], driven & found[:, OUT_OF_LANE])
+        off_path = (np.abs(steered.offset_m[rows]) > ON_PATH_M) | (steered.brake_mps2[rows] > 0.0)
+        ours = (driven & off_path) | state.braking[rows]
+        party = people_of(rows, vehicles, carried.others, ours, driven & found[:, OUT_OF_LANE])
         met = self._encounters.update(frame.step, party)
         self._note(frame, people, found, wishes, party, met)
         count = len(rows)
@@ -264,7 +268,13 @@ class ClosedLoop:
             surplus_share=self._surplus[0] / max(self._surplus[1], 1),
         )
         write_world(folder, self._key, end, self._step_s)
-        return {"teleports": carried.teleports if carried else 0, "steered_vehicle_steps": self._surplus[1]}
+        return {
+            "teleports": carried.teleports if carried else 0,
+            "steered_vehicle_steps": self._surplus[1],
+            "command_us_per_steered_vehicle_step": 1e6
+            * (carried.spent_s if carried else 0.0)
+            / max(self._surplus[1], 1),
+        }
 
 
 def blind_off_the_lane(rows: Ints, vehicles: Vehicles) -> None:

@@ -111,5 +111,6 @@ def _hurried(scenario: Scenario) -> Scenario:
             "fleet": scenario.fleet.model_copy(update={"settle_s": 0.0}),
             "outcomes": scenario.outcomes.model_copy(update={"bootstrap": 2}),
             "plans": tuple(plan.model_copy(update=at_once) for plan in scenario.plans),
+            "closed_loop": scenario.closed_loop.model_copy(update={"world": None}),  # extras cannot react
         }
     )

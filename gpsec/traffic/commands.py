@@ -76,6 +76,7 @@ class Carried:
         removed: vehicles that have been taken out by command so far.
         teleports: teleports that have begun so far.
         lost_s: seconds that the vehicles of the fleet have lost so far against free driving, as SUMO counts them.
+        spent_s: wall-clock seconds spent in carrying out commands so far.
         stuck: vehicles so far that stood for half a minute without a leader, a red light or a brake.
     """
 
@@ -86,4 +87,5 @@ class Carried:
     removed: int
     teleports: int
     lost_s: float
+    spent_s: float
     stuck: int

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from time import perf_counter
 
 import libsumo
 import numpy as np
@@ -36,6 +37,7 @@ class ControlledSession(SumoSession):
         self._lane: Ints = np.full(1, -1, np.int32)
         self._removed = 0
         self._teleports = 0
+        self._spent_s = 0.0
         self._delays = Delays(self.step_s)
 
     def command(self, commands: Commands) -> None:
@@ -44,6 +46,7 @@ class ControlledSession(SumoSession):
         Raises:
             GpsecError: SUMO refuses it, in its words.
         """
+        began = perf_counter()
         try:
             self._actuation.take(commands, self._lane)
             for at in np.flatnonzero(commands.others & (commands.order == CommandKind.BRAKE)).tolist():
@@ -56,12 +59,15 @@ class ControlledSession(SumoSession):
                     self._removed += 1
         except SUMO_ERRORS as error:
             raise self._sumo_error(error) from None
+        self._spent_s += perf_counter() - began
 
     def _next_frame(self) -> Frame:
+        began = perf_counter()
         try:
             self._actuation.place(self._lane)
         except SUMO_ERRORS as error:
             raise self._sumo_error(error) from None
+        self._spent_s += perf_counter() - began
         frame = super()._next_frame()
         try:
             return self._carried_out(frame)
@@ -80,15 +86,17 @@ class ControlledSession(SumoSession):
         if len(frame.rows) and frame.rows[-1] >= len(self._lane):
             self._lane = np.concatenate([self._lane, np.full(2 * int(frame.rows[-1]), -1, np.int32)])
         self._lane[frame.rows] = frame.lane
+        began = perf_counter()
         rows = self._actuation.rows
         surplus_m = self._actuation.settle(self._lane)
         at = np.searchsorted(frame.rows, rows)
         front_m = frame.front_m.copy()
         front_m[at] = self._actuation.displaced(front_m[at], surplus_m, frame.lane[at])
+        self._spent_s += perf_counter() - began
         others = self._bystanders.read(set(self._roster.equipped))
         path = self._actuation.now.path[rows]
         self._delays.read(frame, self._actuation)
-        sums = self._removed, self._teleports, self._delays.lost_s, self._delays.stuck
+        sums = self._removed, self._teleports, self._delays.lost_s, self._spent_s, self._delays.stuck
         return replace(frame, front_m=front_m, carried=Carried(rows, path, surplus_m, others, *sums))
 
 
