@@ -423,7 +423,7 @@ def test_check_says_every_error_and_no_traceback(here: Path, capsys: pytest.Capt
 def test_list_shows_a_line_a_part(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["list", "attacks"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert len(lines) == 8
+    assert len(lines) == 9
     assert any(line.startswith("drift ") and "rate_mps = 0.2" in line for line in lines)
     assert cli.main(["list", "profiles"]) == 0
     assert {line.split()[0] for line in capsys.readouterr().out.splitlines()} == {
