@@ -143,8 +143,15 @@ class Actuation:
 
     def place(self, lane: Ints) -> None:
         """Put the shadows where they are to be in the next step, and brake; `lane` (N,) is that of each row now."""
-        rows, held, lanes = self.rows, self.now, self.lanes
         self._steps += 1
+        if len(self.rows):
+            self._put_shadows(self.rows, lane)
+        held = self.now
+        for row in np.flatnonzero(held.brake_mps2).tolist():
+            libsumo.vehicle.setAcceleration(self._names[row], -float(held.brake_mps2[row]), self._step_s)
+
+    def _put_shadows(self, rows: Ints, lane: Ints) -> None:
+        held, lanes = self.now, self.lanes
         self._follow(rows, lane[rows])
         self._change_paths(rows)
         at, path = lane[rows], held.path[rows]
@@ -164,8 +171,6 @@ class Actuation:
         for name, y, nudge in zip(names, (put_m - nudge_m).tolist(), nudge_m.tolist(), strict=True):
             vehicle.setLateralLanePosition(name, y)
             vehicle.changeSublane(name, nudge)
-        for row in np.flatnonzero(held.brake_mps2).tolist():
-            vehicle.setAcceleration(self._names[row], -float(held.brake_mps2[row]), self._step_s)
 
     def _follow(self, rows: Ints, lane: Ints) -> None:
         """Let paths lead on: onto the lane of a new edge on which SUMO has the vehicle, with its place across kept."""
@@ -202,6 +207,8 @@ class Actuation:
     def settle(self, lane: Ints) -> Floats:
         """Read where SUMO has the vehicles after the step; return their (n,) surplus. `lane` (N,) is that of rows."""
         rows, held = self.rows, self.now
+        if not len(rows):
+            return np.zeros(0)
         names = [self._names[row] for row in rows.tolist()]
         position_m = np.array(list(map(libsumo.vehicle.getLanePosition, names)), np.float64)
         same = lane[rows] == held.lane[rows]
