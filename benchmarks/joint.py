@@ -23,7 +23,9 @@ from gpsec.scenario import Scenario, load_scenario
 from gpsec.scenario.sections import Defence
 from gpsec.types.points import point_name
 
-FACTORS = ("nothing", "gnss_1.5", "camera_1.5", "map_0.1", "map_0.2", "map_road_0.1")
+FACTORS = ("nothing", "gnss_1.5", "camera_1.5", "map_0.1", "map_0.2", "map_road_0.1", "map_road_0.2")
+# Attacks are only looked at in the first.
+KNOWN = FACTORS[0]
 DETECTORS = ("lstm_glr", "innovation", "joint", "separation")
 RATES = ("1e-3/sample", "1/h", "0.1/h")
 WHEN = {"share": 0.5, "start_after_s": [0.0, 20.0], "duration_s": [10.0, 20.0]}
@@ -40,8 +42,8 @@ RATIOS = {("R2", "1e-3/sample"): 3.0, ("R3", "1e-3/sample"): 3.0, ("R2", "1/h"):
 F1_SLACK = {"stealth": 0.002}
 
 
-def scenario(network: str, preset: str, duration_s: float) -> Scenario:
-    """Return a network with the detectors at all rates, and the attacks, for the profile of which it has most.
+def scenario(network: str, preset: str, duration_s: float, attacks: bool) -> Scenario:
+    """Return a network with the detectors at all rates, with or without attacks, for the profile of which it has most.
 
     Another one would have false alarms of its own, and the table of stress pools profiles.
     """
@@ -55,7 +57,7 @@ def scenario(network: str, preset: str, duration_s: float) -> Scenario:
         "fleet": found.fleet.model_copy(update={"profile": {profile: 1.0}}),
         "detection": found.detection.model_copy(update=watching),
         "defences": (Defence(detector="never", response="none"),),
-        "plans": tuple(plan_config(dict(attack), "joint") for attack in ATTACKS),
+        "plans": tuple(plan_config(dict(attack), "joint") for attack in ATTACKS if attacks),
         "outcomes": found.outcomes.model_copy(update={"bootstrap": 10}),
     }
     return found.model_copy(update=changes)
@@ -68,15 +70,15 @@ def ratios(table: pd.DataFrame, preset: str) -> Iterator[tuple[str, float, float
     for (of, at), most in RATIOS.items():
         name = point_name("joint", at)
         if of == preset:
-            for factor in FACTORS[1:]:
+            for factor in honest.index.unique("factor").drop(KNOWN):
                 # Not below one false alarm in all hours, where there was none.
-                known = max(rate["nothing", name], 1.0 / honest["vehicle_hours"]["nothing", name])
+                known = max(rate[KNOWN, name], 1.0 / honest["vehicle_hours"][KNOWN, name])
                 yield f"false alarms, {preset}, {at}, {factor}", rate[factor, name] / known, most
 
 
 def losses(table: pd.DataFrame) -> Iterator[tuple[str, float, float]]:
     """Yield what is looked at, how far F1 is below that of `lstm_glr`, and the most that is a goal."""
-    known = table[table["factor"] == "nothing"]
+    known = table[table["factor"] == KNOWN]
     f1 = {(row.detector, row.attack): float(str(row.f1)) for row in known.itertuples()}
     for attack in dict.fromkeys(str(attack["name"] if "name" in attack else attack["attack"]) for attack in ATTACKS):
         own, other = (f1[point_name(name, RATES[0]), attack] for name in ("joint", "lstm_glr"))
@@ -88,6 +90,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.joint", description=__doc__)
     parser.add_argument("--out", type=Path, default=ROOT / "results" / "joint", help="folder of runs and tables")
     parser.add_argument("--networks", nargs="+", default=["town", "highway"], metavar="NAME")
+    parser.add_argument("--presets", nargs="+", default=list(PRESETS), choices=list(PRESETS))
+    parser.add_argument("--factors", nargs="+", default=list(FACTORS), choices=list(FACTORS), metavar="NAME")
     parser.add_argument("--seeds", nargs="+", type=int, default=[2, 3], metavar="N")
     parser.add_argument("--seconds", type=float, default=300.0, help="simulated time of a run")
     parser.add_argument("--jobs", type=int, default=1, help="runs at a time")
@@ -95,8 +99,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     drawn = Table("goal", "network", "measured", "at most", "")
     console = Console(emoji=False)
     for network in options.networks:
-        for preset in PRESETS:
-            runs = stressed(scenario(network, preset, options.seconds), FACTORS, options.seeds)
+        for preset in options.presets:
+            runs = {
+                factor: stressed(scenario(network, preset, options.seconds, factor == KNOWN), [factor], options.seeds)[
+                    factor
+                ]
+                for factor in (KNOWN, *(one for one in options.factors if one != KNOWN))
+            }
             with TotalBar(Console(stderr=True, emoji=False), sum(map(len, runs.values()))) as bar:
                 table = run_stress(options.out / f"{network}-{preset}", runs, options.jobs, bar)
             for goal, measured, most in (*ratios(table, preset), *losses(table)):

@@ -48,6 +48,7 @@ FACTORS: Mapping[str, Factor] = {
     "map_0.1": Factor("map off by 0.1 m", {"map_shift_north_m": 0.1}),
     "map_0.2": Factor("map off by 0.2 m", {"map_shift_north_m": 0.2}),
     "map_road_0.1": Factor("map error N(0, 0.1 m) a road", {"map_road_m": 0.1}),
+    "map_road_0.2": Factor("map error N(0, 0.2 m) a road", {"map_road_m": 0.2}),
     "multipath_0.5": Factor("multipath, 0.5 m on 12 % of the road", {"multipath_share": 0.12, "multipath_m": 0.5}),
     "odometry": Factor("odometer × 2, gyro × 3", {"odometer_factor": 2.0, "gyro_factor": 3.0}),
     "gnss_common": Factor("slow GNSS error in common", {"gnss_common_share": 0.9}),
