@@ -37,6 +37,11 @@ class Border:
         return found
 
 
+# A lane that the map leaves out, such as lane 0: an id() that no element has, and its border.
+_NOBODY = 0
+_UNMARKED = Border(np.zeros(0), np.zeros(0, np.bool_))
+
+
 def borders(root: Element) -> dict[int, Border]:
     """Return the outer border of each lane element, by its id(); that of lane 0 is the reference line."""
     return {id(lane): _border(lane) for section in root.iter("laneSection") for lane in section.iter("lane")}
@@ -61,7 +66,7 @@ def sides(lines: list[CentreLine], roads: list[Road], root: Element) -> tuple[Fl
     """Return (n,) whether there is a line to the left and to the right of each point of the lines, in driving order."""
     known = borders(root)
     reference = {
-        id(lane): next((id(other) for other in section.iter("lane") if lane_number(other) == 0), 0)
+        id(lane): next((id(other) for other in section.iter("lane") if lane_number(other) == 0), _NOBODY)
         for section in root.iter("laneSection")
         for lane in section.iter("lane")
     }
@@ -73,7 +78,7 @@ def sides(lines: list[CentreLine], roads: list[Road], root: Element) -> tuple[Fl
         lane = next(one for one in section.lanes if one.lane_id == line.lane_id)
         offset_m = line.station_m - section.begin_m
         outer = known[id(lane.element)].at(offset_m)
-        inner = known[_inner(section, lane, reference)].at(offset_m)
+        inner = known.get(_inner(section, lane, reference), _UNMARKED).at(offset_m)
         outwards = (road.left_hand) != lane.reversed  # to the left of who drives there
         left.append(outer if outwards else inner)
         right.append(inner if outwards else outer)
@@ -81,7 +86,7 @@ def sides(lines: list[CentreLine], roads: list[Road], root: Element) -> tuple[Fl
 
 
 def _inner(section: LaneSection, lane: RoadLane, reference: Mapping[int, int]) -> int:
-    """Return id() of the element whose outer border is the inner one of a lane."""
+    """Return id() of the element whose outer border is the inner one of a lane; `_NOBODY` where the map has none."""
     inner = lane.lane_id - (1 if lane.lane_id > 0 else -1)
     beside = next((one for one in section.lanes if one.lane_id == inner), None)
     return id(beside.element) if beside is not None else reference[id(lane.element)]

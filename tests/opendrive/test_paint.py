@@ -86,3 +86,14 @@ def test_a_mark_holds_from_its_offset_on():
     there = borders(root)[id(lane)].at(np.array([0.0, 5.0, 15.0, 30.0, 35.0, 45.0]))
     assert there.tolist() == [True, True, False, True, True, False]
     assert roads(root, MAP)
+
+
+def test_a_map_without_the_reference_lane_has_no_line_there(tmp_path, shipped):
+    """OpenDRIVE wants lane 0, and netconvert does without it: the innermost lanes then have no line on their left."""
+    root = ElementTree.fromstring(MAP.read_text())
+    for section in root.iter("laneSection"):
+        section.remove(section.find("center"))
+    found = lines(tmp_path, ElementTree.tostring(root, encoding="unicode"))
+    assert {one.lane for one in found} == set(shipped[1])
+    assert {one.left for one in found} == {True, False}
+    assert all(one.right for one in found)
