@@ -20,7 +20,7 @@ def scenario(repository):
 
 
 def test_by_default_the_first_plan_meets_no_defence_and_the_last(scenario):
-    last = "lstm_glr+ukf5_rollback"
+    last = "joint+ukf5_rollback"
     assert worlds_of(scenario()) == [
         ClosedWorld(plan="none", defence="never+none", on_alarm="continue"),
         ClosedWorld(plan="constant_bias", defence="never+none", on_alarm="continue"),
