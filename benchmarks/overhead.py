@@ -17,7 +17,7 @@ FEW, MANY = 1 * 5, 8 * 8
 
 OVERHEAD = Figure("overhead_ratio", "wall time, run of 1 plan and its twin × 5 defences ÷ bare SUMO, minus one", 0.15)
 LOOP = Figure("overhead_loop_ratio", "the same inside the loop over the steps, without start and tables")
-CPU = Figure("overhead_cpu_ratio", "the same in CPU seconds of all processes", 0.4)
+CPU = Figure("overhead_cpu_ratio", "the same in CPU seconds of all processes", 0.55)
 MARGINAL = Figure("marginal_cell_ratio", "(64 cells − 5 cells) ÷ 59 ÷ bare SUMO, wall time", 0.03)
 MARGINAL_CPU = Figure("marginal_cell_cpu_ratio", "the same in CPU seconds of all processes")
 CELLS = Figure("sixty_four_cells_ratio", "wall time, run of 8 plans × 8 defences ÷ bare SUMO", 2.0)
