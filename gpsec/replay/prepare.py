@@ -158,7 +158,7 @@ def replay_scenario_of(
         outside: parts from outside gpsec.
 
     Raises:
-        GpsecError: no run can be made of the log, or a key or value is wrong.
+        GpsecError: no run can be made of the log, a key or value is wrong, or there is a closed loop.
     """
     sumocfg = prepare(order)
     first = [
@@ -169,7 +169,13 @@ def replay_scenario_of(
     first.append(Override(("traffic", "lateral_resolution_m"), 0.0, f"{order.log}"))
     if order.reader != FCD and config is None:
         first.append(Override(("plans",), _plans(sumocfg), f"{order.log}"))
-    return load_scenario(sumocfg if config is None else config, [*first, *changes], outside)
+    scenario = load_scenario(sumocfg if config is None else config, [*first, *changes], outside)
+    if "closed_loop" in scenario.model_fields_set:
+        raise GpsecError(
+            f"{config or order.log}: closed_loop: expected no such section for a replay, found one: recorded traffic"
+            " cannot react"
+        )
+    return scenario
 
 
 def log_name(log: Path) -> str:

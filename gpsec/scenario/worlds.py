@@ -6,6 +6,7 @@ from gpsec.core.errors import GpsecError, nearest, shown
 from gpsec.outcomes.naming import world_name
 from gpsec.scenario.closed_loop import BENIGN, DRIVE_ON, ClosedLoopSection, ClosedWorld
 from gpsec.scenario.model import Scenario
+from gpsec.scenario.traffic import sumo_options
 from gpsec.sensors.registry import PROFILES
 from gpsec.types.constants import UNDEFENDED
 
@@ -80,7 +81,7 @@ def with_worlds(scenario: Scenario, seeds: Sequence[int]) -> list[Scenario]:
     """Return a scenario for each world and each seed, named after both.
 
     Raises:
-        GpsecError: see `worlds_of`; or there are more than a machine can hold.
+        GpsecError: see `worlds_of`; or there are more than a machine can hold, or SUMO cannot run them as it is told.
     """
     worlds = worlds_of(scenario)
     if len(worlds) * len(seeds) > MOST_WORLDS:
@@ -88,7 +89,9 @@ def with_worlds(scenario: Scenario, seeds: Sequence[int]) -> list[Scenario]:
             f"scenario '{scenario.name}': closed_loop: expected at most {MOST_WORLDS} worlds in all, found"
             f" {len(worlds)} × {len(seeds)} seeds"
         )
-    return [_of_world(scenario, number, world, seed) for number, world in enumerate(worlds) for seed in seeds]
+    found = [_of_world(scenario, number, world, seed) for number, world in enumerate(worlds) for seed in seeds]
+    sumo_options(found[0])  # what is wrong with them is wrong with all: it is said once
+    return found
 
 
 def _of_world(scenario: Scenario, number: int, world: ClosedWorld, seed: int) -> Scenario:

@@ -43,9 +43,9 @@ class Handover(Reaction):
     """Ask the driver to take over; until then the estimate steers, and without an answer the vehicle stops in its lane.
 
     The time is lognormal with the mean and the standard deviation of 520 means of 129 studies (Zhang et al., 2019,
-    doi 10.1016/j.trf.2019.04.020); drivers who are not hurried took 1.9 to 25.7 s (Eriksson and Stanton, 2017,
-    doi 10.1177/0018720816685832). The driver sees the lane. The vehicle drives itself again when the alarm has been
-    over for a while.
+    doi 10.1016/j.trf.2019.04.020): 2.72 and 1.45 s, which leave out drivers who did not react at all. Drivers who were
+    not hurried took 1.97 to 25.75 s (median 4.56 s; Eriksson and Stanton, 2017, doi 10.1177/0018720816685832). The
+    driver sees the lane. The vehicle drives itself again when the alarm has been over for a while.
 
     Attributes:
         takeover_mean_s, takeover_sd_s: of the time until the driver steers.

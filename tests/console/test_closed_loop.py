@@ -53,6 +53,9 @@ def test_worlds_are_run_shown_and_resumed(tmp_path):
         (("town", "--closed-loop", "--set", "traffic.lateral_resolution_m=0"), "closed loop: expected sublanes"),
         (("town", "--closed-loop", "--engine", "reference"), "expected engine 'batched'"),
         (("town", "--closed-loop", "--set", 'closed_loop.worlds=[{plan="sealth"}]'), "did you mean 'stealth'"),
+        (("town", "--closed-loop", "--set", 'closed_loop.worlds=[{defence="lstm"}]'), "unknown defence 'lstm'"),
+        (("town", "--closed-loop", "--seeds", "1-900"), "expected at most 2000 worlds in all, found 3 × 900 seeds"),
+        (("town", "--closed-loop", "--set", "plans=[]"), "expected a plan to attack by, found no plans"),
     ],
 )
 def test_what_cannot_be_is_one_sentence_and_leaves_nothing(arguments, said, tmp_path, monkeypatch):
@@ -60,5 +63,23 @@ def test_what_cannot_be_is_one_sentence_and_leaves_nothing(arguments, said, tmp_
     ran = gpsec(*arguments)
     assert ran.returncode == 2
     assert said in " ".join(ran.stderr.split())
+    assert ran.stderr.count("gpsec: error:") == 1
     assert "Traceback" not in ran.stderr
     assert not (tmp_path / "results").exists() or not list((tmp_path / "results").iterdir())
+
+
+def test_the_mesoscopic_model_is_refused_once_for_all_worlds(repository, tmp_path, monkeypatch):
+    """It has no lateral positions; the configuration is a foreign one, beside nothing of gpsec's."""
+    net = repository / "sumo_nets" / "slow_curve" / "slow_curve.net.xml"
+    routes = repository / "scenarios" / "slow_curve" / "slow_curve.rou.xml"
+    config = tmp_path / "meso.sumocfg"
+    config.write_text(
+        f'<configuration><net-file value="{net}"/><route-files value="{routes}"/>'
+        '<mesosim value="true"/></configuration>'
+    )
+    monkeypatch.chdir(tmp_path)
+    ran = gpsec(str(config), "--closed-loop", "--set", 'plans=[{attack="drift"}]')
+    assert ran.returncode == 2
+    (line,) = ran.stderr.splitlines()
+    assert "mesosim is on: expected a microscopic simulation" in line
+    assert not (tmp_path / "results").exists()

@@ -203,3 +203,18 @@ def test_a_log_that_has_changed_is_not_run(tmp_path):
     csv_log(tmp_path, table(seed=3))
     with pytest.raises(GpsecError, match="the log has changed since"):
         order_of(scenario)
+
+
+def test_a_log_in_closed_loop_is_refused(tmp_path):
+    """By the command line and by a file, each in one sentence that names where it stands."""
+    log = csv_log(tmp_path)
+    order = place_order(log, None, None, 1)
+    said = "closed_loop: expected no such section for a replay, found one: recorded traffic cannot react"
+    with pytest.raises(GpsecError) as caught:
+        replay_scenario_of(order, None, [parse_set("closed_loop.on_alarm=stop")])
+    assert str(caught.value) == f"{log.resolve()}: {said}"
+    config = tmp_path / "gpsec.toml"
+    config.write_text("[closed_loop]\nseeds = 2\n")
+    with pytest.raises(GpsecError) as caught:
+        replay_scenario_of(order, config, [])
+    assert str(caught.value) == f"{config}: {said}"
