@@ -60,7 +60,7 @@ def faked(monkeypatch: pytest.MonkeyPatch) -> None:
     """Replace pipeline, summary and report."""
     real = batch.run_scenarios
     monkeypatch.setattr(batch, "run_scenarios", lambda *args: real(*args[:4], fake_run))
-    monkeypatch.setattr(aftermath, "_show", lambda folder: print(f"tables of {folder.name}"))
+    monkeypatch.setattr(aftermath, "show_findings", lambda folder, all_: print(f"tables of {folder.name}"))
     monkeypatch.setattr(aftermath, "_report", lambda folder, messages: None)
 
 

@@ -14,6 +14,8 @@ from gpsec.running.folders import resolved
 from gpsec.running.workers import Failure, Outcome
 from gpsec.scenario import Scenario
 
+_WIDTH = 120
+
 
 @dataclass(frozen=True)
 class Output:
@@ -25,6 +27,7 @@ class Output:
         resume: go on with what a run that stopped has left.
         report: write ``report.html`` into each folder.
         parquet: write the large tables as Parquet files too.
+        tables: print all tables, not only the few lines that say what has been found.
     """
 
     out: Path | None = None
@@ -32,6 +35,7 @@ class Output:
     resume: bool = False
     report: bool = True
     parquet: bool = False
+    tables: bool = False
 
     def groups(self, scenarios: Sequence[Scenario]) -> dict[Path, list[Scenario]]:
         """Return the scenarios of each folder: one for those that differ in their seed, or in their world."""
@@ -77,7 +81,7 @@ def _tell(folder: Path, messages: Terminal, output: Output) -> int:
 
     The results stand already: what goes wrong now does not take them away, nor what else is to be made.
     """
-    steps: list[Callable[[], None]] = [lambda: _show(folder)]
+    steps: list[Callable[[], None]] = [lambda: show_findings(folder, output.tables)]
     if output.parquet:
         steps.append(lambda: _write_parquet(folder))
     if output.report:
@@ -91,7 +95,9 @@ def _tell(folder: Path, messages: Terminal, output: Output) -> int:
     return _worst(found)
 
 
-def _show(folder: Path) -> None:
+def show_findings(folder: Path, tables_too: bool) -> None:
+    """Print what a run has found: in a few lines, or in all its tables; of a closed loop, its worlds."""
+    from gpsec.outcomes.brief import print_brief
     from gpsec.outcomes.summary import print_summary
     from gpsec.outcomes.worlds_summary import print_worlds
 
@@ -99,8 +105,10 @@ def _show(folder: Path) -> None:
     with in_a_sentence("the tables cannot be shown"):
         if (folder / "worlds.csv").exists():
             print_worlds(folder, tables(160))
+        elif tables_too:
+            print_summary(folder, tables(_WIDTH))
         else:
-            print_summary(folder, tables(120))
+            print_brief(folder, tables(_WIDTH))
 
 
 def _write_parquet(folder: Path) -> None:

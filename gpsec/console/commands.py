@@ -18,6 +18,7 @@ from gpsec.console.replay import replay
 from gpsec.console.report import report
 from gpsec.console.run import run
 from gpsec.console.schema import schema
+from gpsec.console.show import show
 from gpsec.console.stress import stress
 from gpsec.console.trace import trace
 from gpsec.console.train import train
@@ -88,6 +89,7 @@ def gpsec(
 _COMMANDS: dict[str, Callable[..., int | None]] = {
     "run": run,
     "replay": replay,
+    "show": show,
     "report": report,
     "verify": verify,
     "trace": trace,

@@ -1,5 +1,6 @@
 """`gpsec report`: the page of a run, or of two."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -35,6 +36,12 @@ def report(
             help="Also write RUN/*.spreadsheet.csv: the tables, with ' before what Excel would take for a formula.",
         ),
     ] = False,
+    fleet_hours: Annotated[
+        float,
+        typer.Option(
+            "--fleet-hours", min=0.001, metavar="H", help="Hours that a fleet drives a day, for false alarms."
+        ),
+    ] = 1000.0,
     part: options.Part = None,
     allow_code: options.RunsCode = False,
 ) -> int:
@@ -44,28 +51,38 @@ def report(
     Examples:
       gpsec report results/town
       gpsec report results/town --again --geojson
+      gpsec report results/town --fleet-hours 20000
       gpsec report results/before results/after
     """  # noqa: D301
     options.load_given_parts(part)
     if other is not None:
         _compare(run, other, out)
         return 0
-    return _report(run, out, again=again, geojson=geojson, spreadsheet=spreadsheet, allow_code=allow_code)
+    extras = _Extras(again, geojson, spreadsheet, fleet_hours)
+    return _report(run, out, extras, allow_code=allow_code)
+
+
+@dataclass(frozen=True)
+class _Extras:
+    """What else is asked for: vehicles simulated again, further files, the hours of a fleet."""
+
+    again: bool
+    geojson: bool
+    spreadsheet: bool
+    fleet_hours: float
 
 
 def _report(
     folder: Path,
     out: Path | None,
+    extras: _Extras,
     *,
-    again: bool,
-    geojson: bool,
-    spreadsheet: bool,
     allow_code: bool,
 ) -> int:
     """Write the report of the run in `folder`, and what else is asked for; return the exit status.
 
-    SUMO is run on what the manifest names only with `again`, and code that it names only with `allow_code`: the run may
-    be somebody else's. Where that fails, the page is written all the same, and the status says it.
+    SUMO is run on what the manifest names only with `extras.again`, and code that it names only with `allow_code`: the
+    run may be somebody else's. Where that fails, the page is written all the same, and the status says it.
 
     Raises:
         GpsecError: it is no run, or nothing can be written there.
@@ -81,7 +98,7 @@ def _report(
     stories = choose_stories(run)
     steps: Steps = logged_steps(run, stories)
     status = 0
-    if again:
+    if extras.again:
         try:
             wanted = [(story.scenario, story.vehicle_id) for story in stories]
             steps = completed(run, steps, wanted, allow_code=allow_code)
@@ -90,10 +107,10 @@ def _report(
             messages().note(f"gpsec: no traces: {error}")
             status = error.status
     with in_a_sentence(f"{out or folder}: no report can be written there"):
-        written = [write_report(run, steps, out)]
-        if geojson:
+        written = [write_report(run, steps, out, extras.fleet_hours)]
+        if extras.geojson:
             written.append(write_places(run))
-        if spreadsheet:
+        if extras.spreadsheet:
             written += write_spreadsheets(run)
     for path in written:
         say(path)

@@ -50,6 +50,9 @@ def run(
         typer.Option("--log-vehicle", metavar="ID", help="Write steps.parquet for this vehicle only; can be repeated."),
     ] = None,
     report: Annotated[bool, typer.Option("--report/--no-report", help="Write report.html.")] = True,
+    tables: Annotated[
+        bool, typer.Option("--tables", help="Print all tables; later, `gpsec show DIR tables` does.")
+    ] = False,
     format_: Annotated[
         Literal["csv", "parquet"],
         typer.Option("--format", help="With parquet, the large tables are written as Parquet files too."),
@@ -65,6 +68,10 @@ def run(
         int | None, typer.Option(min=1, metavar="N", help="Scenarios at a time. [default: the cores there are]")
     ] = None,
     threads: Annotated[int | None, typer.Option(metavar="N", help="Threads of each scenario (threads).")] = None,
+    rates: Annotated[
+        str | None,
+        typer.Option("--rates", metavar="R,R", help="Every defence at each of these false-alarm rates: 1/h,0.1/h."),
+    ] = None,
     closed_loop: Annotated[
         bool,
         typer.Option("--closed-loop", help="Let vehicles steer by their estimate, in worlds beside benign ones."),
@@ -87,7 +94,7 @@ def run(
         float | None, typer.Option("--gui-delay", min=0.0, max=1e4, metavar="MS", help="For a step. [default: 50]")
     ] = None,
 ) -> int:
-    """Run scenarios, write tables and show them.
+    """Run scenarios, write tables, and say in a few lines what they show.
 
     \b
     Examples:
@@ -95,6 +102,7 @@ def run(
       gpsec run scenarios/town --duration 120 --seed 7 --profile consumer
       gpsec run scenarios/town --set plans.drift.rate_mps=0.2 --set fleet.equipped_share=0.3
       gpsec run scenarios/town --seeds 1-10 --jobs 2
+      gpsec run scenarios/town --rates 1/h,0.1/h,1e-3/sample
       gpsec run scenarios/town --closed-loop --seeds 1-10 --set closed_loop.on_alarm=stop
       gpsec run scenarios/town --inject-false-alarms 1,5,25 --seeds 1-10
       gpsec run scenarios/* --out results/all --overwrite
@@ -123,11 +131,13 @@ def run(
     }
     changes = options.changes(set_, profile)
     changes += [Override(key, value, flag) for key, (value, flag) in flags.items() if value is not None]
-    output = Output(out, overwrite, resume, report, format_ == "parquet")
+    output = Output(out, overwrite, resume, report, format_ == "parquet", tables)
     found = _read(scenarios, changes, Outside(tuple(part or ()), allow_code))
+    if rates is not None:
+        found = [_with_rates(one, rates.split(",")) for one in found]
     if inject_false_alarms is not None:
-        rates = _rates(inject_false_alarms)
-        found = [_with_false_alarms(one, rates) for one in found]
+        injected = _rates(inject_false_alarms)
+        found = [_with_false_alarms(one, injected) for one in found]
     if seeds is not None:
         if seed is not None or gui:
             raise GpsecError(f"--seeds {seeds}: expected it without {'--gui' if gui else '--seed'}")
@@ -155,6 +165,12 @@ def _with_false_alarms(scenario: "Scenario", rates_per_h: Sequence[float]) -> "S
     from gpsec.scenario.worlds import with_false_alarms
 
     return with_false_alarms(scenario, rates_per_h)
+
+
+def _with_rates(scenario: "Scenario", rates: Sequence[str]) -> "Scenario":
+    from gpsec.scenario.rates import with_rates
+
+    return with_rates(scenario, [rate.strip() for rate in rates])
 
 
 def _worlds(scenario: "Scenario", seed: int | None, seeds: Sequence[int]) -> "list[Scenario]":
@@ -206,7 +222,7 @@ def _run(scenarios: "Sequence[Scenario]", output: "Output", jobs: int, run: "Run
         if batch.found:
             console.note(f"gpsec: found {batch.found}")
         # What shows the tables takes a while to import; there is time for that now.
-        for name in ("gpsec.outcomes.summary", *(["gpsec.report.make"] if output.report else [])):
+        for name in ("gpsec.outcomes.brief", *(["gpsec.report.make"] if output.report else [])):
             Thread(target=import_module, args=(name,)).start()
         with display(console, batch.names) as show:
             outcome = batch.run(jobs, show, run)

@@ -1,9 +1,8 @@
 """Prints the tables of a finished run in the paper's form, its rows beside ours; whole from 80 columns on."""
 
-import json
 import re
 import textwrap
-from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from itertools import chain, repeat
 from pathlib import Path
 from typing import Any
@@ -17,9 +16,9 @@ from rich.text import Text
 
 from gpsec.outcomes.naming import base_name
 from gpsec.outcomes.paper import PublishedScores, detection_like, localization_like
+from gpsec.outcomes.reading import read_manifests, read_pooled
 from gpsec.outcomes.state import OUTCOMES
-from gpsec.outcomes.tables import POOLED_PREFIX, read_table
-from gpsec.types.constants import MANIFEST, UNDEFENDED
+from gpsec.types.constants import UNDEFENDED
 from gpsec.types.points import detector_at
 
 # Bounds of every table; there is nothing in their precision and recall that is not known beforehand.
@@ -40,42 +39,55 @@ _FORM: dict[str, Any] = {
     "show_edge": False,
 }
 
+# What can be printed: the names of the tables, and what the run cost.
+PARTS = ("detection", "localization", "safety", "costs")
+
 Row = dict[Hashable, Any]
 Manifest = dict[str, Any]
 
 
-def print_summary(out: Path, console: Console) -> None:
-    """Print what is in the folder `out` that `gpsec run` has written.
+def print_summary(out: Path, console: Console, parts: Sequence[str] = PARTS) -> None:
+    """Print `PARTS`, or some of them, of the run in the folder `out`.
 
     Table I's form (attack × detector), Tables II–IV's (attack × defence), what the errors would have meant, and what
     SUMO and the security layer cost.
     """
-    manifest = json.loads((out / MANIFEST).read_text("utf-8"))
-    runs: list[Manifest] = manifest.get("scenarios", [manifest])
-    for (scenario, profile), rows in _groups(_read(out, "detection"), ["scenario", "profile"]):
-        if (rows["n_events"] > 0).any():
-            console.print(_detection(scenario, profile, rows, _attacks(runs, scenario), console))
-        console.print(_false_alarms(scenario, profile, rows, console), markup=False, highlight=False)
-        if (rows["n_line_events"] > 0).any():
-            console.print(_before_the_line(scenario, profile, rows, console), markup=False, highlight=False)
-    for (scenario, profile), rows in _groups(_read(out, "localization"), ["scenario", "profile"]):
-        if (rows["n_vehicles"] > 0).any():
-            console.print(_localization(scenario, profile, rows, console))
-    for (scenario, profile), rows in _groups(_read(out, "safety"), ["scenario", "profile"]):
-        if (rows["n_vehicles"] > 0).any():
-            console.print(_safety(scenario, profile, rows, console))
-            console.print(_without_gnss(scenario, profile, rows, console), markup=False, highlight=False)
-    console.print(_costs(runs, console))
+    runs = read_manifests(out)
+    for part in parts:
+        if part == "costs":
+            console.print(_costs(runs, console))
+            continue
+        for (scenario, profile), rows in _groups(read_pooled(out, part), ["scenario", "profile"]):
+            for shape in _PRINTED[part](scenario, profile, rows, runs, console):
+                console.print(shape, markup=False, highlight=False)
 
 
-def _read(out: Path, name: str) -> pd.DataFrame:
-    """Return a table of the run; of a scenario with several seeds, the rows over all of them."""
-    table = read_table(out, name)
-    if not (out / f"{POOLED_PREFIX}{name}.csv").is_file():
-        return table
-    pooled = read_table(out, f"{POOLED_PREFIX}{name}")
-    alone = table[~table["scenario"].map(base_name).isin(pooled["scenario"])]
-    return pd.concat([pooled, alone], ignore_index=True)
+def _of_detection(
+    scenario: str, profile: str, rows: pd.DataFrame, runs: Sequence[Manifest], console: Console
+) -> Iterator[Group | str]:
+    if (rows["n_events"] > 0).any():
+        yield _detection(scenario, profile, rows, _attacks(runs, scenario), console)
+    yield _false_alarms(scenario, profile, rows, console)
+    if (rows["n_line_events"] > 0).any():
+        yield _before_the_line(scenario, profile, rows, console)
+
+
+def _of_localization(
+    scenario: str, profile: str, rows: pd.DataFrame, runs: Sequence[Manifest], console: Console
+) -> Iterator[Group | str]:
+    if (rows["n_vehicles"] > 0).any():
+        yield _localization(scenario, profile, rows, console)
+
+
+def _of_safety(
+    scenario: str, profile: str, rows: pd.DataFrame, runs: Sequence[Manifest], console: Console
+) -> Iterator[Group | str]:
+    if (rows["n_vehicles"] > 0).any():
+        yield _safety(scenario, profile, rows, console)
+        yield _without_gnss(scenario, profile, rows, console)
+
+
+_PRINTED = {"detection": _of_detection, "localization": _of_localization, "safety": _of_safety}
 
 
 def _groups(table: pd.DataFrame, by: list[str]) -> Iterable[tuple[tuple[Any, ...], pd.DataFrame]]:

@@ -9,17 +9,18 @@ from typing import Any
 import pandas as pd
 
 from gpsec.core.version import __version__
+from gpsec.report.deciding import FLEET_HOURS, advice, decision_figure, decision_tables
 from gpsec.report.figure_data import group_name
 from gpsec.report.figures import all_figures
 from gpsec.report.formatting import seconds
 from gpsec.report.lanes import association_tables
 from gpsec.report.map import map_figure
 from gpsec.report.page import render, write_page
-from gpsec.report.stories import Story, choose_stories, reference_defence
+from gpsec.report.stories import Story, choose_stories
 from gpsec.report.tables import detection_tables, localization_tables, safety_tables
 from gpsec.report.terminal import facts
 from gpsec.report.traces import trace_figures
-from gpsec.report.verdict import verdicts
+from gpsec.report.verdict import OVERVIEW, verdicts
 from gpsec.running.results import Results
 from gpsec.scenario.sections import WorldSection
 from gpsec.types.constants import REPORT
@@ -27,18 +28,23 @@ from gpsec.types.constants import REPORT
 Steps = Mapping[str, pd.DataFrame | None]
 
 
-def write_report(run: Results, steps: Steps | None = None, path: Path | None = None) -> Path:
+def write_report(
+    run: Results, steps: Steps | None = None, path: Path | None = None, fleet_hours: float = FLEET_HOURS
+) -> Path:
     """Write the report of a run into its folder, or to `path`, and return where it is.
 
     `steps` holds the steps of the chosen vehicles of each scenario; without it, those that the run has logged are
-    taken.
+    taken. False alarms a day are those of a fleet that drives `fleet_hours` in one.
     """
-    stories = choose_stories(run)
-    target = path or run.folder / REPORT
-    known = logged_steps(run, stories) if steps is None else steps
-    figures = all_figures(run) | {"map": map_figure(run)} | trace_figures(run, stories, known)
     over = run.over_seeds()
     looked_at = [run] if over is None else [over, run]
+    ranked = [each.rankings() for each in looked_at]
+    stories = choose_stories(run, ranked[-1])
+    target = path or run.folder / REPORT
+    known = logged_steps(run, stories) if steps is None else steps
+    judged = [ranking for each in ranked for ranking in each]
+    figures = all_figures(run) | {"map": map_figure(run)} | trace_figures(run, stories, known)
+    figures["decision"] = decision_figure(looked_at[0], judged, fleet_hours)
     groups = list(
         dict.fromkeys(
             group_name(*pair)
@@ -53,8 +59,16 @@ def write_report(run: Results, steps: Steps | None = None, path: Path | None = N
         title=", ".join(stated["scenario"] for stated in run.scenarios),
         unfinished=run.unfinished,
         changed=run.changed,
-        verdicts=[verdict for each in looked_at for verdict in verdicts(each)],
-        reference=reference_defence(run),
+        verdicts=[verdict for each, found in zip(looked_at, ranked, strict=True) for verdict in verdicts(each, found)],
+        overview=OVERVIEW,
+        advice=[
+            said for each, found in zip(looked_at, ranked, strict=True) for said in advice(each, found, fleet_hours)
+        ],
+        decisions=[
+            table
+            for each, found in zip(looked_at, ranked, strict=True)
+            for table in decision_tables(each, found, fleet_hours)
+        ],
         runs=[_described(stated) for stated in run.scenarios],
         figures=figures,
         groups=groups,

@@ -1,5 +1,6 @@
 """Chooses the vehicles that a report traces."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Any
@@ -7,6 +8,7 @@ from typing import Any
 import pandas as pd
 
 from gpsec.core.errors import GpsecError, nearest, shown
+from gpsec.outcomes.ranking import Ranking
 from gpsec.report.figure_data import group_name
 from gpsec.running.results import Results
 from gpsec.scenario.choices import BOUNDS
@@ -46,30 +48,27 @@ class Story:
         return f"{self.why + ': ' if self.why else ''}{self.vehicle_id}, {what}"
 
 
-def reference_defence(run: Results) -> str | None:
-    """Return the defence with the fewest vehicles out of their lane, bounds left out; None without a defence."""
-    safety = run.safety[run.safety["attack"] != "none"]
-    left = safety.groupby("defence", observed=True)["out_of_lane"].sum()
-    real = [name for name in left.index if name.partition("+")[0] not in BOUNDS]
-    return min(real, key=lambda name: left[name]) if real else None
-
-
-def choose_stories(run: Results) -> list[Story]:
+def choose_stories(run: Results, ranked: Sequence[Ranking] | None = None) -> list[Story]:
     """Return three vehicles of each scenario and profile: the worst, the median and the first missed one.
 
-    All are judged by the defence that lets fewest vehicles leave their lane: by the largest error across the lane.
+    All are judged by the largest error across the lane, under the first of the best defences of `ranked`, the rankings
+    of the run; under none where nothing is judged.
     """
-    defence = reference_defence(run)
-    chosen = run.events[run.events["defence"] == (defence or UNDEFENDED)]
+    rankings = run.rankings() if ranked is None else ranked
+    best = {(each.scenario, each.profile): each.best[0] for each in rankings if each.best}
     stories = []
-    for _, rows in chosen.groupby(["scenario", "profile"], sort=False, observed=True):
+    for keys, all_rows in run.events.groupby(["scenario", "profile"], sort=False, observed=True):
+        scenario, profile = map(str, keys)
+        defence = best.get((scenario, profile), UNDEFENDED)
+        rows = all_rows[all_rows["defence"] == defence]
         by_error = rows.dropna(subset=["max_cross_track_m"]).sort_values(["max_cross_track_m", "vehicle_id", "attack"])
         middle = max(len(by_error) - 1, 0) // 2
         picks = {"worst": by_error.tail(1), "median": by_error.iloc[middle : middle + 1]}
-        if defence is not None:
+        if defence.partition("+")[0] not in BOUNDS:
             missed = rows[~rows["detected"]].sort_values(["start_s", "vehicle_id"])
             picks["first missed"] = missed.head(1)
-        stories += [_story(run, row, why) for why, found in picks.items() for row in found.to_dict("records")]
+        for why, found in picks.items():
+            stories += [_story(run, row, why) for row in found.to_dict("records")]
     return stories
 
 

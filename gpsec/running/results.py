@@ -15,6 +15,8 @@ from gpsec.outcomes.digests import WHOLE, compared
 from gpsec.outcomes.geojson import read_features
 from gpsec.outcomes.manifests import read_manifest, stated_digests
 from gpsec.outcomes.naming import base_name
+from gpsec.outcomes.ranking import Ranking, rankings
+from gpsec.outcomes.reading import bootstrap_of
 from gpsec.outcomes.seeds import POOLED
 from gpsec.outcomes.stated import check_stated
 from gpsec.outcomes.steps import read_steps
@@ -136,6 +138,10 @@ class Results:
         firsts = {base_name(stated["scenario"]): stated for stated in reversed(self.scenarios)}
         stated = tuple({**firsts[name], "scenario": name} for name in firsts if name in there)
         return replace(self, scenarios=stated, tables={**self.tables, **tables})
+
+    def rankings(self) -> list[Ranking]:
+        """Return the ranking of the defences in each scenario and profile: what terminal and report say of them."""
+        return rankings(self.tables, bootstrap_of(self.scenarios[0]))
 
     def manifest(self, scenario: str) -> dict[str, Any]:
         """Return the manifest of one scenario.

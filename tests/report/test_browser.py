@@ -14,7 +14,7 @@ from .conftest import EVIL
 playwright = pytest.importorskip("playwright.sync_api")
 
 PROGRAMS = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
-TABS = ("overview", "detection", "safety", "where", "traces", "about")
+TABS = ("overview", "deciding", "detection", "safety", "where", "traces", "about")
 
 
 @pytest.fixture(scope="module")

@@ -74,7 +74,7 @@ def test_it_is_small_enough_to_send(text):
 def test_every_figure_has_a_place_and_something_to_say_where_it_is_empty(page, data):
     places = [attrs["id"] for tag, attrs in page.elements if tag == "figure"]
     assert sorted(places) == sorted(data["figures"])
-    assert len(places) == 12
+    assert len(places) == 13
     assert all(figure["whyEmpty"] for figure in data["figures"].values())
 
 
@@ -147,8 +147,11 @@ def test_a_run_that_was_interrupted_says_so(run_folder, tmp_path):
 
 
 def test_the_verdict_counts_who_left_the_lane(page, text):
-    assert "Undefended, 6 of 6 attacks would have pushed the vehicle out of its lane (100%)" in text
-    assert "With cusum+ukf, the best of the defences here, 0 would have (0%)" in text
+    """Four vehicles are attacked across the road, two under jamming: too few to tell a defence from none."""
+    assert "Undefended, an attack would have put a vehicle out of its lane in 100 % of all cases" in text
+    assert "4 vehicles, each counted once: the mean of its share of the 2 attacks" in text
+    assert "No defence here can be told apart from none: with cusum+ukf it is 0 % to 100 %." in text
+    assert "Apart: jamming leaves nothing to compare" in text
     assert "cusum" in page.cells
 
 

@@ -66,7 +66,8 @@
       case "step":
         return [{ ...common, mode: "lines", line: { ...line, shape: "hv" } }];
       case "points":
-        return [{ ...common, mode: "markers", text, hovertemplate: text ? "%{text}" : typeof series.y[0] === "string" ? "%{x:.4g}" : "%{x:.4g}, %{y:.4g}",
+      case "trail":
+        return [{ ...common, mode: series.kind === "trail" ? "lines+markers" : "markers", line, text, hovertemplate: text ? "%{text}" : typeof series.y[0] === "string" ? "%{x:.4g}" : "%{x:.4g}, %{y:.4g}",
           marker: { color: paint, size: series.mark === "x-thin-open" ? 5 : series.x.length > 100 ? 6 : 9, symbol: series.mark || "circle", line: { color: paint, width: 1.5 } },
           error_x: errors(series.x, series.xLow, series.xHigh), error_y: errors(series.y, series.low, series.high) }];
       case "bars":
@@ -149,6 +150,7 @@
 
   function draw() {
     for (const section of all("[data-group]")) section.hidden = section.dataset.group !== state.group;
+    for (const row of all("tr[data-choose]")) row.classList.toggle("chosen", row.dataset.choose === state.group);
     for (const table of all("table")) {
       const box = table.closest(".listing")?.querySelector(".every");
       for (const row of table.querySelectorAll("tr[data-attack]")) {
@@ -200,6 +202,9 @@
     state[name] = select.value;
     select.closest("label").hidden = select.options.length < 2;
     select.addEventListener("change", () => { state[name] = select.value; draw(); });
+  }
+  for (const row of all("tr[data-choose]")) {
+    row.addEventListener("click", () => { state.group = row.dataset.choose; byId("group").value = state.group; draw(); });
   }
   if (!state.group) state.group = data.groups[0] || "";
   const tabs = all("[role=tab]");
