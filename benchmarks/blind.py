@@ -15,7 +15,7 @@ from rich.table import Table
 import gpsec
 from benchmarks.city import ROOT
 from gpsec.attacks.plans import plan_config
-from gpsec.console.bars import TotalBar
+from gpsec.console.bars import display
 from gpsec.scenario import Scenario, load_scenario
 from gpsec.scenario.sections import Defence
 
@@ -54,7 +54,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--seconds", type=float, default=300.0, help="simulated time")
     options = parser.parse_args(arguments)
     wanted = scenario(options.network, options.seconds, options.seed)
-    with TotalBar(Console(stderr=True, emoji=False), 1) as bar:
+    with display(Console(stderr=True, emoji=False), 1) as bar:
         found = gpsec.run(wanted, options.out / options.network, resume=True, report=bar)
     # Beside the plans, the network has zones; and of a receiver with metres of error, outcomes say nothing.
     ours = found.safety["attack"].str.startswith(PLAN) & found.safety["out_of_lane"].notna()

@@ -16,7 +16,7 @@ from rich.table import Table
 
 from benchmarks.city import ROOT
 from gpsec.attacks.plans import plan_config
-from gpsec.console.bars import TotalBar
+from gpsec.console.bars import display
 from gpsec.detection.monitor_state import PRESETS
 from gpsec.paper.stress import run_stress, stressed
 from gpsec.scenario import Scenario, load_scenario
@@ -106,7 +106,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 ]
                 for factor in (KNOWN, *(one for one in options.factors if one != KNOWN))
             }
-            with TotalBar(Console(stderr=True, emoji=False), sum(map(len, runs.values()))) as bar:
+            with display(Console(stderr=True, emoji=False), sum(map(len, runs.values()))) as bar:
                 table = run_stress(options.out / f"{network}-{preset}", runs, options.jobs, bar)
             for goal, measured, most in (*ratios(table, preset), *losses(table)):
                 met = "met" if measured <= most else "missed"

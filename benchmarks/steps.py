@@ -16,7 +16,7 @@ from rich.table import Table
 
 from benchmarks.city import ROOT
 from gpsec.attacks.plans import plan_config
-from gpsec.console.bars import TotalBar
+from gpsec.console.bars import display
 from gpsec.paper.pool import Estimate, detection, false_alarms, of_defence, of_detector, read_runs, share
 from gpsec.running.workers import run_scenarios
 from gpsec.scenario import Scenario, load_scenario
@@ -122,7 +122,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     }
     options.out.mkdir(parents=True, exist_ok=True)
     runs = [one for some in wanted.values() for one in some]
-    with TotalBar(Console(stderr=True, emoji=False), len(runs)) as bar:
+    with display(Console(stderr=True, emoji=False), len(runs)) as bar:
         outcome = run_scenarios(runs, options.out, options.jobs, bar)
     for failure in outcome.failures:
         console.print(f"{failure.scenario}: {failure.sentence}", markup=False)

@@ -87,7 +87,7 @@ def test_names_are_no_markup(name: str) -> None:
     console.print(table)
     with status(console, f"{name}: ") as tell:
         tell("reading")
-    with Bars(console, [name]) as bars:
+    with Bars(console, 1) as bars:
         bars(Progress(name, note=name))
     assert out.getvalue().count(name) > 2
 

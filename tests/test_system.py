@@ -197,7 +197,7 @@ def test_a_process_that_cannot_be_started(
     here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr("gpsec.running.workers.compile_kernels", lambda *arguments: None)
-    monkeypatch.setattr("gpsec.running.workers._start", fails(errno.EAGAIN))
+    monkeypatch.setattr("gpsec.running.workers.TaskProcess", fails(errno.EAGAIN))
     assert cli.main(["run", "one"]) == 1
     (line,) = errors(capsys.readouterr().err)
     assert line.startswith("gpsec: error: scenario 'one': its process cannot be started: Resource temporarily")

@@ -1,4 +1,8 @@
-"""Progress of scenarios: bars on a terminal, a plain line now and then elsewhere."""
+"""Progress of tasks: bars on a terminal, plain lines now and then elsewhere.
+
+There is one display for all that is run many times: what is done, running and failed, the time left, and how far each
+of those is that run now.
+"""
 
 import time
 from collections.abc import Callable
@@ -10,14 +14,17 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as RichProgress
 
+from gpsec.console.tally import Tally
 from gpsec.core.progress import DONE, FAILED, Progress
 
 # Between the lines on one stage of a scenario: the first ones come soon, for short runs.
 _FIRST_LINE_S, _LINE_EVERY_S = 1.0, 15.0
+# With more tasks there are bars for those that run now only, and lines for all of them together.
+FEW = 8
 
 
 class Display(Protocol):
-    """Shows what scenarios tell, while it is entered as a context."""
+    """Shows what tasks tell, while it is entered as a context."""
 
     def __call__(self, progress: Progress) -> None: ...  # noqa: D102
     def __enter__(self) -> Self: ...
@@ -26,16 +33,20 @@ class Display(Protocol):
     ) -> None: ...
 
 
-def display(console: Console, names: list[str]) -> Display:
-    """Return the display that suits the console."""
-    return Bars(console, names) if console.is_terminal else Lines(console)
+def display(console: Console, count: int) -> Display:
+    """Return the display of so many tasks that suits the console."""
+    if console.is_terminal:
+        return Bars(console, count)
+    return Lines(console) if count <= FEW else TallyLines(console, count)
 
 
 class Bars:
-    """One bar a scenario."""
+    """A bar for each task that runs, and one for all where there are several."""
 
-    def __init__(self, console: Console, names: list[str]) -> None:
+    def __init__(self, console: Console, count: int) -> None:
         self._console = console
+        self._few = count <= FEW
+        self._tally = Tally(count)
         self._bars = RichProgress(
             SpinnerColumn(),
             TextColumn("{task.description}", markup=False),
@@ -44,24 +55,30 @@ class Bars:
             TimeElapsedColumn(),
             console=console,
         )
-        self._tasks: dict[str, TaskID] = {
-            name: self._bars.add_task(name, total=None, start=False, numbers="waiting") for name in names
-        }
-        self._started: set[str] = set()
+        self._all = self._bars.add_task("all", total=count, numbers="") if count > 1 else None
+        self._tasks: dict[str, TaskID] = {}
+        self._said: set[str] = set()
 
     def __call__(self, progress: Progress) -> None:
         """Show a report."""
-        task = self._tasks[progress.scenario]
-        if progress.scenario not in self._started:
-            self._started.add(progress.scenario)
-            self._bars.start_task(task)
-        if progress.note:
+        self._tally.add(progress)
+        if progress.note and (self._few or progress.note not in self._said):
+            self._said.add(progress.note)
             self._console.print(f"{progress.scenario}: {progress.note}", markup=False)
-        if progress.stage in (DONE, FAILED):
+        if self._all is not None:
+            self._bars.update(self._all, completed=self._tally.ended, numbers=self._tally.text())
+        task = self._tasks.get(progress.scenario)
+        if task is None:
+            if progress.stage in (DONE, FAILED) and not self._few:
+                return
+            task = self._tasks[progress.scenario] = self._bars.add_task(progress.scenario, total=None, numbers="")
+        if progress.stage not in (DONE, FAILED):
+            self._bars.update(task, total=progress.duration_s, completed=progress.time_s, numbers=_numbers(progress))
+        elif self._few:
             self._bars.update(task, total=1.0, completed=float(progress.stage == DONE), numbers=progress.stage)
             self._bars.stop_task(task)
-            return
-        self._bars.update(task, total=progress.duration_s, completed=progress.time_s, numbers=_numbers(progress))
+        else:
+            self._bars.remove_task(self._tasks.pop(progress.scenario))
 
     def __enter__(self) -> Self:
         self._bars.start()
@@ -73,36 +90,38 @@ class Bars:
         self._bars.stop()
 
 
-class TotalBar:
-    """One bar for a number of runs."""
+class TallyLines:
+    """A line on all tasks now and then: soon at first, later seldom; one on each that fails."""
 
-    def __init__(self, console: Console, runs: int) -> None:
+    def __init__(self, console: Console, count: int) -> None:
         self._console = console
-        self._bar = RichProgress(
-            SpinnerColumn(),
-            BarColumn(bar_width=32),
-            MofNCompleteColumn(),
-            TextColumn("{task.description}", markup=False),
-            TimeElapsedColumn(),
-            console=console,
-        )
-        self._task = self._bar.add_task("", total=runs)
+        self._tally = Tally(count)
+        self._said: set[str] = set()
+        self._said_s, self._pause_s = time.monotonic(), _FIRST_LINE_S
 
     def __call__(self, progress: Progress) -> None:
-        """Show a report."""
-        if progress.note:
-            self._console.print(f"{progress.scenario}: {progress.note}", markup=False)
-        done = float(progress.stage == DONE)
-        self._bar.update(self._task, advance=done, description=f"{progress.scenario}: {progress.stage}")
+        """Show a report, if its time has come."""
+        self._tally.add(progress)
+        if progress.note and progress.note not in self._said:
+            self._said.add(progress.note)
+            self._say(f"{progress.scenario}: {progress.note}")
+        if progress.stage == FAILED:
+            self._say(f"{progress.scenario}: {FAILED}")
+        now_s = time.monotonic()
+        if now_s - self._said_s >= self._pause_s:
+            self._said_s, self._pause_s = now_s, min(2.0 * self._pause_s, _LINE_EVERY_S)
+            self._say(self._tally.text())
+
+    def _say(self, line: str) -> None:
+        self._console.print(line, markup=False, highlight=False, soft_wrap=True)
 
     def __enter__(self) -> Self:
-        self._bar.start()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._bar.stop()
+        self._say(self._tally.text())
 
 
 class Counted:

@@ -39,7 +39,7 @@ def _make(out: Path, scenarios: Path, quick: bool, jobs: int | None) -> None:
         GpsecError: the scenarios are not there, one cannot be run, or `out` cannot be written.
         KeyboardInterrupt: the user has had enough; the same call goes on from there.
     """
-    from gpsec.console.bars import Lines, TotalBar
+    from gpsec.console.bars import display
     from gpsec.console.terminal import messages
     from gpsec.core.threads import cores
     from gpsec.paper.command import make
@@ -54,7 +54,7 @@ def _make(out: Path, scenarios: Path, quick: bool, jobs: int | None) -> None:
     studies = Studies(scenarios, quick)
     with (
         occupied(out / RUNS, out),
-        TotalBar(console, studies.count) if console.is_terminal else Lines(console) as show,
+        display(console, studies.count) as show,
     ):
         make(out, studies, jobs or cores(), show)
     say(f"{out}: table1.csv to table4.csv, README.md, figures")

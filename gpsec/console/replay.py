@@ -95,7 +95,7 @@ def _run(scenarios: "Sequence[Scenario]", output: "Output", jobs: int) -> int:
     with claimed(output.groups(scenarios), overwrite=output.overwrite, resume=output.resume) as batch:
         if batch.found:
             console.note(f"gpsec: found {batch.found}")
-        with display(console, batch.names) as show:
+        with display(console, len(batch.names)) as show:
             outcome = batch.run(jobs, show, run)
         refused = batch.publish(outcome)
         status = aftermath.tell(batch, outcome, refused, output, console)

@@ -29,7 +29,7 @@ def completed(run: Results, steps: Steps, wanted: list[tuple[str, str]], *, allo
     missing = {name: [vehicle for scenario, vehicle in dict.fromkeys(wanted) if scenario == name] for name in missing}
     if not missing:
         return steps
-    with display(messages(), list(missing)) as show:
+    with display(messages(), len(missing)) as show:
         return {**steps, **simulate(run, missing, show)}
 
 

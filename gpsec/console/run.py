@@ -224,7 +224,7 @@ def _run(scenarios: "Sequence[Scenario]", output: "Output", jobs: int, run: "Run
         # What shows the tables takes a while to import; there is time for that now.
         for name in ("gpsec.outcomes.brief", *(["gpsec.report.make"] if output.report else [])):
             Thread(target=import_module, args=(name,)).start()
-        with display(console, batch.names) as show:
+        with display(console, len(batch.names)) as show:
             outcome = batch.run(jobs, show, run)
         refused = batch.publish(outcome)
         return aftermath.tell(batch, outcome, refused, output, console)

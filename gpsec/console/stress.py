@@ -70,7 +70,7 @@ def stress(
     found = load_scenario(scenario, changes, Outside(tuple(part or ()), allow_code))
     runs = stressed(found, list(dict.fromkeys(factor or FACTORS)), parse_seeds(seeds) if seeds else [found.seed])
     target = resolved(out or Path("results") / f"stress-{found.name}")
-    from gpsec.console.bars import Lines, TotalBar
+    from gpsec.console.bars import display
     from gpsec.console.terminal import messages
     from gpsec.report.stress_page import write_stress
 
@@ -78,7 +78,7 @@ def stress(
     count = sum(len(members) for members in runs.values())
     with (
         occupied(target / RUNS, target),
-        TotalBar(console, count) if console.is_terminal else Lines(console) as show,
+        display(console, count) as show,
     ):
         table = run_stress(target, runs, jobs or cores(), show)
         made = write_stress(table, found.name, target)

@@ -1,60 +1,27 @@
-"""Runs scenarios, each in a process of its own: libsumo allows one simulation per process."""
+"""The executor of all that is run many times: tasks in processes of their own, so many at a time.
+
+Seeds, closed-loop worlds, the paper's runs, stress and sweeps all come here. libsumo allows one simulation per process.
+"""
 
 import json
-import os
-import shutil
-import sys
-import tempfile
-import time
-import traceback
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
-from multiprocessing import get_context
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from multiprocessing.connection import Connection, wait
-from multiprocessing.process import BaseProcess
 from pathlib import Path
+from typing import Protocol
 
-from gpsec.core.errors import GpsecError, MachineError
-from gpsec.core.pipes import PeerGoneError, receive, send
-from gpsec.core.processes import (
-    SPAWN,
-    collect_garbage_rarely,
-    end_with_parent,
-    ended_early,
-    ignore_interrupts,
-    redirect_output,
-    start,
-)
+from gpsec.core.processes import ignore_interrupts
 from gpsec.core.progress import DONE, FAILED, Progress, Report
 from gpsec.core.system import refusal
+from gpsec.running.task_process import Failure, Run, Task, TaskProcess, pipeline
 from gpsec.running.warmup import compile_kernels
-from gpsec.scenario import ALLOW_CODE, Scenario
+from gpsec.scenario import Scenario
 from gpsec.types.constants import MANIFEST
 
-__all__ = ["Failure", "Outcome", "Progress", "run_scenarios"]
+__all__ = ["Desk", "Failure", "Outcome", "Progress", "Run", "Task", "run_scenarios", "run_tasks"]
 
-# Writes the files of one scenario into a folder that exists.
-Run = Callable[[Scenario, Path, Report], None]
-
-# Written last: a folder that has one holds a whole run.
-_REPORT_EVERY_S = 0.1
-
-
-@dataclass(frozen=True)
-class Failure:
-    """A scenario that did not finish.
-
-    Attributes:
-        scenario: its name.
-        sentence: what went wrong.
-        details: traceback or last output where it is a fault of gpsec, empty where the sentence says all.
-        kind: of error, which has the exit status.
-    """
-
-    scenario: str
-    sentence: str
-    details: str = ""
-    kind: type[GpsecError] = GpsecError
+# A desk is told that all is well at least so often.
+_BEAT_S = 2.0
 
 
 @dataclass
@@ -72,6 +39,102 @@ class Outcome:
     interrupted: bool = False
 
 
+class Desk(Protocol):
+    """Where tasks come from, and what becomes of them."""
+
+    def take(self) -> Task | None:
+        """Return the next task, None where there is none for now."""
+        ...
+
+    def beat(self) -> None:
+        """Be told that those which were taken are still at work; called every two seconds or more often."""
+        ...
+
+    def settle(self, task: Task, failure: Failure | None) -> Failure | None:
+        """Take what has become of a task; return why it does not count, None where it has finished."""
+        ...
+
+    def drop(self, task: Task) -> None:
+        """Take back a task that was stopped."""
+        ...
+
+
+def run_tasks(desk: Desk, jobs: int, report: Report, run: Run = pipeline) -> bool:
+    """Run what a desk gives, at most `jobs` tasks at a time, until it has none; return whether the user stopped it.
+
+    One that fails does not stop the others. An interrupt (KeyboardInterrupt) stops those that run.
+
+    Args:
+        desk: gives tasks and takes what becomes of them.
+        jobs: number of processes.
+        report: called in this process with what the tasks tell, under their names.
+        run: what to call in the process.
+    """
+    running: dict[Connection, TaskProcess] = {}
+    try:
+        while True:
+            while len(running) < jobs and (task := desk.take()) is not None:
+                try:
+                    made = TaskProcess(task, run)
+                except OSError as error:  # too many files or processes; what has finished stays
+                    refused = refusal(error, "its process cannot be started")
+                    _settle(desk, task, Failure.of(task.name, refused), report)
+                    continue
+                running[made.connection] = made
+            if not running:
+                return False
+            for connection in wait(list(running), timeout=_BEAT_S):
+                one = running[connection]  # type: ignore[index]
+                if not one.listen(report):
+                    del running[one.connection]
+                    _settle(desk, one.task, one.failure, report)
+            desk.beat()
+    except KeyboardInterrupt:
+        return True
+    finally:
+        with ignore_interrupts():  # a second one must not leave processes behind
+            for one in running.values():
+                one.process.kill()  # deaf to anything gentler; its files are thrown away
+            for one in running.values():
+                one.process.join()
+                desk.drop(one.task)
+
+
+def _settle(desk: Desk, task: Task, failure: Failure | None, report: Report) -> None:
+    failure = desk.settle(task, failure)
+    report(Progress(task.name, stage=FAILED if failure else DONE))
+
+
+class _List:
+    """A desk with the scenarios of one call."""
+
+    def __init__(self, scenarios: Sequence[Scenario], work: Path, outcome: Outcome, done: set[str]) -> None:
+        self._waiting = list(scenarios)
+        self._work = work
+        self._outcome = outcome
+        self._done = done
+
+    def take(self) -> Task | None:
+        if not self._waiting:
+            return None
+        one, work = self._waiting.pop(0), self._work
+        # The dot keeps the log apart from every scenario.
+        return Task(one.name, one.model_dump_json(), work / one.name, work / f".{one.name}.log")
+
+    def beat(self) -> None:
+        return
+
+    def settle(self, task: Task, failure: Failure | None) -> Failure | None:
+        if failure is None:
+            self._done.add(task.name)
+        else:
+            self._outcome.failures.append(failure)
+        return failure
+
+    def drop(self, task: Task) -> None:
+        return
+
+
 def run_scenarios(
     scenarios: Sequence[Scenario], work: Path, jobs: int, report: Report, run: Run | None = None
 ) -> Outcome:
@@ -87,41 +150,14 @@ def run_scenarios(
         report: called in this process with what the scenarios tell.
         run: what to call in the process; the pipeline, where not given.
     """
-    outcome = Outcome()
-    running: dict[Connection, _Worker] = {}
-    done: set[str] = set()
+    outcome, done = Outcome(), set[str]()
     try:
         waiting = [scenario for scenario in scenarios if not _found(scenario, work, done, report)]
         if run is None:
             compile_kernels(waiting, work, report)
-        while waiting or running:
-            while waiting and len(running) < jobs:
-                scenario = waiting.pop(0)
-                try:
-                    worker = _start(scenario, work, run or _pipeline)
-                except OSError as error:  # too many files or processes; what has finished stays
-                    outcome.failures.append(_failure(scenario.name, refusal(error, "its process cannot be started")))
-                    report(Progress(scenario.name, stage=FAILED))
-                    continue
-                running[worker.connection] = worker
-            for connection in wait(list(running)) if running else ():
-                worker = running[connection]  # type: ignore[index]
-                if not worker.listen(report):
-                    del running[worker.connection]
-                    name = worker.scenario.name
-                    if worker.failure is None:
-                        done.add(name)
-                    else:
-                        outcome.failures.append(worker.failure)
-                    report(Progress(name, stage=FAILED if worker.failure else DONE))
+        outcome.interrupted = run_tasks(_List(waiting, work, outcome, done), jobs, report, run or pipeline)
     except KeyboardInterrupt:
         outcome.interrupted = True
-    finally:
-        with ignore_interrupts():  # a second one must not leave processes behind
-            for worker in running.values():
-                worker.process.kill()  # deaf to anything gentler; its files are thrown away
-            for worker in running.values():
-                worker.process.join()
     outcome.finished = [scenario.name for scenario in scenarios if scenario.name in done]
     return outcome
 
@@ -153,136 +189,3 @@ def has_result(folder: Path, scenario: Scenario) -> bool:
         and manifest.get("fingerprint") == fingerprint(scenario)
         and are_whole(folder, manifest)
     )
-
-
-@dataclass
-class _Worker:
-    """A process and what it has said."""
-
-    scenario: Scenario
-    process: BaseProcess
-    connection: Connection
-    log: Path
-    failure: Failure | None = None
-    finished: bool = False
-
-    def listen(self, report: Report) -> bool:
-        """Take one message; return False once the process has ended.
-
-        Raises:
-            KeyboardInterrupt: the user has stopped it there, by closing its window.
-        """
-        try:
-            message = receive(self.connection)
-        except PeerGoneError:
-            self._end()
-            return False
-        if isinstance(message, KeyboardInterrupt):
-            raise message
-        if isinstance(message, Progress):
-            report(message)
-        elif isinstance(message, Failure):
-            # A fault in SUMO's process has its traceback among what that printed.
-            _, fault, trace = self._last_output().rpartition("Traceback (most recent call last)")
-            details = message.details or (fault + trace if issubclass(message.kind, MachineError) else "")
-            self.failure = replace(message, details=details)
-        else:
-            self.finished = True
-        return True
-
-    def _end(self) -> None:
-        self.process.join()
-        if not self.finished and self.failure is None:
-            said = ended_early("its process", self.process.exitcode, "a crash of gpsec or of a library")
-            self.failure = Failure(self.scenario.name, said, self._last_output(), MachineError)
-
-    def _last_output(self) -> str:
-        return self.log.read_text(errors="replace")[-4000:] if self.log.is_file() else ""
-
-
-def _start(scenario: Scenario, work: Path, run: Run) -> _Worker:
-    # A function of the main module can only be found where that is imported too.
-    context = get_context("spawn") if run.__module__ == "__main__" else SPAWN
-    ours, theirs = context.Pipe(duplex=False)
-    log = work / f".{scenario.name}.log"  # the dot keeps it apart from every scenario
-    # Not a daemon: SUMO gets a process of its own below it, which ends when this one is gone.
-    arguments = (run, scenario.model_dump_json(), work / scenario.name, log, theirs)
-    process = context.Process(target=_work, args=arguments, name=scenario.name)
-    start(process)
-    theirs.close()
-    return _Worker(scenario, process, ours, log)
-
-
-def _work(run: Run, told: str, folder: Path, log: Path, connection: Connection) -> None:
-    """Be the process of one scenario, which is told as JSON; `folder` has its name."""
-    end_with_parent()
-    collect_garbage_rarely()
-
-    def prepared(tell: Report) -> None:
-        redirect_output(log)
-        scratch = folder.with_name(f".{folder.name}.tmp")
-        for made in (folder, scratch):
-            if made.exists():  # what is left of an earlier try
-                shutil.rmtree(made)
-            made.mkdir()
-        # What a killed process leaves behind goes away with the folder of the run.
-        tempfile.tempdir = os.environ["TMPDIR"] = str(scratch)
-        # The code that it names was allowed where it comes from; it runs once its output goes to the log.
-        run(Scenario.model_validate_json(told, context={ALLOW_CODE: True}), folder, tell)
-
-    try:
-        send(connection, _result(prepared, folder, _Teller(connection)))
-    except PeerGoneError:
-        sys.exit(1)  # the parent is gone
-
-
-def _result(run: Callable[[Report], None], folder: Path, tell: Report) -> object:
-    """Run the scenario that `folder` has the name of; return what to tell the parent: True, a failure or an interrupt.
-
-    Raises:
-        PeerGoneError: there is no parent any more.
-    """
-    try:
-        run(tell)
-    except GpsecError as error:
-        return _failure(folder.name, error)
-    except KeyboardInterrupt as interrupt:
-        return interrupt
-    except PeerGoneError:
-        raise
-    except OSError as error:
-        said = refusal(error, f"{error.filename or folder}: cannot be used")
-        return _failure(folder.name, said) if isinstance(said, MachineError) else _fault(folder.name, error)
-    except Exception as error:
-        return _fault(folder.name, error)
-    return True
-
-
-def _failure(name: str, error: GpsecError) -> Failure:
-    return Failure(name, str(error), kind=type(error))
-
-
-def _fault(name: str, error: Exception) -> Failure:
-    said = f"fault in gpsec ({type(error).__name__}: {error})"
-    return Failure(name, said, "".join(traceback.format_exception(error)), MachineError)
-
-
-class _Teller:
-    """Sends progress to the parent, not more often than a reader can see."""
-
-    def __init__(self, connection: Connection) -> None:
-        self._connection = connection
-        self._last_s = -1.0
-        self._stage = ""
-
-    def __call__(self, progress: Progress) -> None:
-        now_s = time.monotonic()
-        if progress.note or progress.stage != self._stage or now_s - self._last_s >= _REPORT_EVERY_S:
-            send(self._connection, progress)
-            self._last_s, self._stage = now_s, progress.stage
-
-
-def _pipeline(scenario: Scenario, folder: Path, report: Report) -> None:
-    from gpsec.pipeline.run import run_scenario
-
-    run_scenario(scenario, folder, report)
