@@ -12,7 +12,7 @@ from gpsec.console.errors import say
 from gpsec.core.errors import GpsecError
 
 if TYPE_CHECKING:
-    from gpsec.imaging.film import Film
+    from gpsec.imaging.filming.film import Film
     from gpsec.scenario import Scenario
 
 image = typer.Typer(
@@ -54,9 +54,9 @@ def image_render(
       gpsec image render scenarios/highway --vehicle f3.7 --from 60 --to 90 --weather rain --out frames
       gpsec image detect frames --calibration frames/calibration.json --out lanes
     """  # noqa: D301
-    from gpsec.imaging.opencv import opencv
-    from gpsec.imaging.views import render_view
-    from gpsec.imaging.weather import weather_of
+    from gpsec.imaging.filming.views import render_view
+    from gpsec.imaging.pictures.opencv import opencv
+    from gpsec.imaging.pictures.weather import weather_of
 
     opencv()
     chosen = weather_of(weather)
@@ -94,10 +94,10 @@ def image_calibrate(
     """  # noqa: D301
     from dataclasses import replace
 
-    from gpsec.imaging.calibrate import lens_of, mounted
-    from gpsec.imaging.calibration import write_calibration
-    from gpsec.imaging.camera import RoadCamera
-    from gpsec.imaging.frames import open_frames
+    from gpsec.imaging.pictures.calibrate import lens_of, mounted
+    from gpsec.imaging.pictures.calibration import write_calibration
+    from gpsec.imaging.pictures.camera import RoadCamera
+    from gpsec.imaging.pictures.frames import open_frames
 
     board = _corners(corners)
     if boards is not None:
@@ -145,10 +145,10 @@ def image_detect(
       gpsec image detect frames --calibration calibration.json --out lanes
       gpsec image detect drive.mp4 --calibration calibration.json --overlay video
     """  # noqa: D301
-    from gpsec.imaging.calibration import read_calibration
-    from gpsec.imaging.detect import LANES, detect_lanes
-    from gpsec.imaging.frames import open_frames
-    from gpsec.imaging.views import filled_folder
+    from gpsec.imaging.pictures.calibration import read_calibration
+    from gpsec.imaging.pictures.detect import LANES, detect_lanes
+    from gpsec.imaging.pictures.folder import filled_folder
+    from gpsec.imaging.pictures.frames import open_frames
 
     if overlay not in ("none", "pictures", "video"):
         raise GpsecError(f"--overlay: expected none, pictures or video, found '{overlay}'")
@@ -185,10 +185,10 @@ def image_measure(
     """  # noqa: D301
     from gpsec.core.system import in_a_sentence
     from gpsec.core.version import __version__
-    from gpsec.imaging.findings import write_findings
-    from gpsec.imaging.measure import Campaign, Errors
-    from gpsec.imaging.opencv import opencv
-    from gpsec.imaging.weather import weather_of
+    from gpsec.imaging.filming.findings import write_findings
+    from gpsec.imaging.filming.measure import Campaign, Errors
+    from gpsec.imaging.pictures.opencv import opencv
+    from gpsec.imaging.pictures.weather import weather_of
 
     opencv()
     names = list(dict.fromkeys(name.strip() for name in weather.split(",")))
@@ -227,7 +227,7 @@ def image_measure(
 
 def _film(argument: str, from_s: float, to_s: float, sets: list[str] | None, bar: "_Bar") -> tuple["Scenario", "Film"]:
     """Run the traffic of a scenario and keep it from one time to another."""
-    from gpsec.imaging.film import film
+    from gpsec.imaging.filming.film import film
     from gpsec.scenario import load_scenario
 
     if to_s <= from_s:

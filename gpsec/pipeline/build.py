@@ -1,8 +1,9 @@
 """Builds the parts of a run from a scenario."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -45,6 +46,9 @@ from gpsec.types.drawn_zones import ATTACK_ZONE, MULTIPATH_ZONE, DrawnZone
 from gpsec.types.method import Method
 from gpsec.types.points import point_name
 
+if TYPE_CHECKING:
+    from gpsec.pipeline.pixels import PixelCameras
+
 
 @dataclass(frozen=True)
 class Ground:
@@ -58,6 +62,7 @@ class Ground:
         world: what the filters work with.
         association: how vehicles know their lane.
         visibility: what cameras see by place, None where they lose markings by the clock.
+        pixels: whose lanes come from pictures, None for nobody's.
         move: how bodies move.
         notes: what the user should know of it, one sentence each.
 
@@ -70,6 +75,7 @@ class Ground:
     world: World
     association: Associating
     visibility: Visibility | None = None
+    pixels: "PixelCameras | None" = None
     move: Move = follow_fronts
     notes: tuple[str, ...] = ()
 
@@ -100,7 +106,15 @@ def lay_ground(scenario: Scenario) -> Ground:
     seen = profiles if scenario.fleet.camera.visibility == "clock" else tuple(map(seen_by_place, profiles))
     sensors = Sensors(seen, options.step_s, mismatch(scenario), tapes(scenario, profiles, options.step_s))
     visible, notes = visibility(scenario, hd_map, options)
-    return Ground(options, choice, hd_map, sensors, world, association, visibility=visible, notes=notes)
+    ground = Ground(options, choice, hd_map, sensors, world, association, visibility=visible, notes=notes)
+    return _with_pixels(ground, scenario) if scenario.fleet.camera.source == "image" else ground
+
+
+def _with_pixels(ground: Ground, scenario: Scenario) -> Ground:
+    from gpsec.pipeline.pixels import pixel_cameras, pixel_note  # late: no other run needs the image processing
+
+    cameras = pixel_cameras(scenario, ground.hd_map, ground.sensors)
+    return replace(ground, pixels=cameras, notes=(*ground.notes, pixel_note(scenario)))
 
 
 def make_detection(scenario: Scenario, ground: Ground) -> Detection:
@@ -196,6 +210,7 @@ def loop_settings(
         shared=shared,
         mistakes=lane_mistakes(scenario),
         visibility=ground.visibility,
+        pixels=ground.pixels,
         move=ground.move,
         forks=scenario.closed_loop.world is None,
     )

@@ -31,7 +31,7 @@ _WITHOUT_EFFECT: dict[str, Any] = {
     "fleet": {"camera": {"tape"}, "gnss": {"tape"}},
 }
 # Layers that start runs or read their tables.
-_BESIDE = ABOVE - {"engine", "pipeline", "reference", "scenario"}
+_BESIDE = ABOVE - {"engine", "imaging", "pipeline", "reference", "scenario"}
 # Libraries that have a part in a table, with either engine; their versions are in the manifest too.
 PACKAGES = (
     "eclipse-sumo",
@@ -73,6 +73,10 @@ def fingerprint(scenario: Scenario) -> str:
         if tape is not None:
             digest.update(load_tape(tape)[1].encode())
         digest.update(b";")
+    if scenario.fleet.camera.source == "image":
+        from gpsec.imaging.pictures.opencv import opencv  # late: no other run needs it
+
+        digest.update(f"opencv {opencv().__version__}".encode())
     if scenario.detection.models is not None:
         digest.update(_folder(Path(scenario.detection.models)))
     for name, installed in {**versions(), "Python": platform.python_version(), "machine": platform.machine()}.items():

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,6 +26,9 @@ from gpsec.types.camera import NO_MISTAKES, LaneMistakes
 from gpsec.types.method import Method
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Identity, Measurements, Vehicles
+
+if TYPE_CHECKING:
+    from gpsec.pipeline.pixels import PixelCameras
 
 # Moves the bodies of a frame over a step of that length.
 Move = Callable[[Frame, float, Vehicles], None]
@@ -55,6 +58,7 @@ class LoopSettings:
         shared: what is added to all fixes, None for nothing.
         mistakes: how cameras err about the lane that they show.
         visibility: what cameras see by place, None where they lose markings by the clock.
+        pixels: whose lanes come from pictures, None for nobody's.
         move: how bodies move.
         look: changes what cameras see, once the bodies are placed.
         forks: a plan's track is forked from the benign one; otherwise it takes its place, since there is only one plan
@@ -72,6 +76,7 @@ class LoopSettings:
     shared: SharedErrors | None = None
     mistakes: LaneMistakes = NO_MISTAKES
     visibility: Visibility | None = None
+    pixels: "PixelCameras | None" = None
     move: Move = follow_fronts
     look: LookChange | None = None
     forks: bool = True
@@ -82,6 +87,7 @@ class Loop:
 
     Attributes:
         fleet: who each vehicle row in use stands for.
+        eyes: those of them whose lanes come from pictures, None for nobody's.
         track_rows: rows in use, ascending.
         attacks: attacks begun so far, for each plan.
 
@@ -112,6 +118,7 @@ class Loop:
         self._move = settings.move
         self._look, self._forks = settings.look, settings.forks
         self._visibility = settings.visibility
+        self.eyes = None if settings.pixels is None else settings.pixels.start()
         self._sensors = settings.sensors
         self._sensor_state = settings.sensors.new_state(1)
         self._shared = settings.shared
@@ -154,12 +161,18 @@ class Loop:
         vehicles.lane[rows] = frame.lane
         self._move(frame, self._clock.step_s, vehicles)
         self._threads.run(locate, rows, frame.step, self._clock.step_s, self._roads, self._mistakes, vehicles)
+        if self.eyes is not None:
+            self._watch.lap("truth")
+            self.eyes.look(frame, vehicles)
+            self._watch.lap("pictures")
         if self._look is not None:
             self._look(rows, vehicles)
         if self._visibility is not None:
             self._visibility.limit(rows, vehicles, self._threads)
         self._watch.lap("truth")
         self._sensors.sense(self._sensor_state, vehicles, self.seen, rows, frame.step, self._threads)
+        if self.eyes is not None:
+            self.eyes.show(vehicles, self.seen)
         if self._shared is not None and self._common is not None:
             self._shared.disturb(self._common.now, rows, frame.step, vehicles, self.seen)
         record_fixes(rows, frame.step, self.seen.fix_m, self.seen.fix_valid, self._history.now)
@@ -192,6 +205,8 @@ class Loop:
         self._used[closed] = False
         for track in over:
             self._slots.give_back(track)
+        if self.eyes is not None:
+            self.eyes.leave(frame.left)
         for row in frame.left:
             del self.fleet[row]
         self._refresh_rows()
@@ -220,6 +235,8 @@ class Loop:
             vehicles.born_step[row] = frame.step
             self._tracks_of[row] = []
         self._sensors.enter(self._sensor_state, vehicles, new, frame.step)
+        if self.eyes is not None:
+            self.eyes.enter(frame.departures, vehicles)
         tracks = self._new_tracks(new)
         for rows in self._track_states():
             rows.reset(tracks)

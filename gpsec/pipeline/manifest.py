@@ -33,6 +33,7 @@ class Counts:
         sumo_s, read_s: wall-clock seconds in SUMO's steps, and in reading them.
         compile_s: wall-clock seconds of compiling kernels inside the loop; they count for no stage.
         right_lane_share: share of the honest steps on roads on which each profile believed to be on the right lane.
+        pixels: which vehicles saw pictures, how many, and in how many there was a lane; empty where nobody did.
         closed_loop: figures of a world, empty in open loop.
         loop_s, total_s: wall-clock seconds of the loop, and of everything from loading to the tables.
 
@@ -51,6 +52,7 @@ class Counts:
     read_s: float = 0.0
     compile_s: float = 0.0
     right_lane_share: dict[str, float] = field(default_factory=dict)
+    pixels: Mapping[str, Any] = field(default_factory=dict)
     closed_loop: Mapping[str, Any] = field(default_factory=dict)
     loop_s: float = 0.0
     total_s: float = 0.0

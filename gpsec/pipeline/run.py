@@ -138,6 +138,11 @@ def run_scenario(
             f"scenario '{scenario.name}': closed loop: expected SUMO, found a recording, which cannot react"
         )
     ground = lay_ground(scenario)
+    if logged is not None and ground.pixels is not None:
+        raise GpsecError(
+            f"scenario '{scenario.name}': fleet.camera.source: expected 'profile' for a log, whose lanes are recorded,"
+            " found 'image'"
+        )
     if logged is not None:
         ground, start = logged.laid_on(ground), logged.start
     detection = make_detection(scenario, ground)
@@ -274,6 +279,8 @@ class _Run:
             confidence=settings.confidence,
             projector=self.ground.hd_map.projector,
         )
+        if self.loop.eyes is not None:
+            self.counts.pixels = self.loop.eyes.stated()
         if self.closed_loop is not None:
             self.counts.closed_loop = self.closed_loop.write(self.folder, self.ground.hd_map.projector)
         write_map(self.folder, self.ground.hd_map, self.plans, self.places)
@@ -318,6 +325,8 @@ class _Run:
                 f"no vehicle was attacked under {', '.join(idle)}: an attack begins when a vehicle has settled"
                 f" ({self.scenario.fleet.settle_s:g} s) and its window has come, or in its zone"
             )
+        if self.loop.eyes is not None and (absent := self.loop.eyes.absent()):
+            yield f"no pictures of {shown(', '.join(absent))}: no such vehicle of the fleet in this run"
         if absent := sorted(set(self.scenario.log_vehicles) - self.logged):
             yield f"no steps of {shown(', '.join(absent))}: no such vehicle in this run"
 

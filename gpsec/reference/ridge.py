@@ -1,4 +1,4 @@
-"""How much a pixel stands out against the road beside it: the plain twin of `gpsec.imaging.threshold.ridges`."""
+"""How much a pixel stands out against the road beside it: the plain twin of `pictures.threshold.ridges`."""
 
 import numpy as np
 

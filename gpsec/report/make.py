@@ -25,6 +25,8 @@ from gpsec.running.results import Results
 from gpsec.scenario.sections import WorldSection
 from gpsec.types.constants import REPORT
 
+# So many vehicles are named, where more saw pictures.
+_NAMED = 10
 Steps = Mapping[str, pd.DataFrame | None]
 
 
@@ -142,6 +144,7 @@ def _described(stated: dict[str, Any]) -> dict[str, Any]:
         f" type does not say), {stated['vehicle_steps']:,} vehicle-steps, at most {stated['peak_vehicles']} at a time",
         "sensor profiles": ", ".join(stated["profiles"]),
         "what filters and detectors do not know": _unknown(given.get("world", {})),
+        **_pictured(stated),
         "lane association": given["fleet"]["association"],
         "scored and attacked": f"after {given['fleet']['settle_s']:g} s on the road",
         "false-alarm rates of the thresholds": ", ".join(given["detection"]["rates"]),
@@ -159,6 +162,20 @@ def _described(stated: dict[str, Any]) -> dict[str, Any]:
         f" {security_s / max(stated['vehicle_steps'], 1) * 1e6:.1f} µs for each vehicle and step"
     )
     return {"name": stated["scenario"], "facts": facts | {"cost": cost}, "plans": plans, "notes": stated["notes"]}
+
+
+def _pictured(stated: Mapping[str, Any]) -> dict[str, str]:
+    """Return which vehicles saw pictures, nothing where nobody did."""
+    who = stated.get("pixels", {}).get("vehicles", {})
+    if not who:
+        return {}
+    pictures, lanes = (sum(one[key] for one in who.values()) for key in ("pictures", "lanes"))
+    named = ", ".join(list(who)[:_NAMED]) + (f" and {len(who) - _NAMED} more" if len(who) > _NAMED else "")
+    weather = stated["configuration"]["fleet"]["camera"]["image_weather"]
+    return {
+        "lanes by rendered pictures": f"{named}: a lane in {lanes / max(pictures, 1):.1%} of {pictures:,} pictures"
+        f" (weather {weather})"
+    }
 
 
 def _unknown(world: Mapping[str, Any]) -> str:

@@ -29,12 +29,18 @@ _COMPARED = {
 def simulate(run: Results, wanted: Mapping[str, Collection[str]], tell: Report) -> dict[str, pd.DataFrame | None]:
     """Return the steps of the `wanted` vehicles of each scenario, simulated again with these alone equipped.
 
+    Where cameras see the other vehicles, all are equipped again, as they were.
+
     Raises:
         GpsecError: the traffic of the run is not there any more, or its vehicles do not do what they did.
 
     """
     scenarios = [_scenario(run, name, vehicles) for name, vehicles in wanted.items()]
-    only = {name: tuple(vehicles) for name, vehicles in wanted.items()}
+    only = {
+        scenario.name: tuple(vehicles)
+        for scenario, vehicles in zip(scenarios, wanted.values(), strict=True)
+        if not _is_seen_by_others(scenario)
+    }
     found: dict[str, pd.DataFrame | None] = {}
     with tempfile.TemporaryDirectory(prefix="gpsec-again-") as folder:
         outcome = run_scenarios(scenarios, Path(folder), cores(), tell, partial(_run, only=only))
@@ -54,7 +60,13 @@ def _run(scenario: Scenario, folder: Path, report: Report, only: Mapping[str, Co
     from gpsec.replay.running import replay_log
 
     again = run_scenario if order_of(scenario) is None else replay_log
-    again(scenario, folder, report, only=only[scenario.name])
+    again(scenario, folder, report, only=only.get(scenario.name))
+
+
+def _is_seen_by_others(scenario: Scenario) -> bool:
+    """Return whether vehicles are in the view of each other's cameras, so that the whole fleet has to be there."""
+    camera = scenario.fleet.camera
+    return camera.source == "image" or camera.visibility == "place"
 
 
 def _scenario(run: Results, name: str, vehicles: Collection[str]) -> Scenario:
@@ -71,6 +83,8 @@ def _scenario(run: Results, name: str, vehicles: Collection[str]) -> Scenario:
             " simulated again; start gpsec where the run was started"
         )
     changes: dict[str, Any] = {"log_steps": True, "log_vehicles": (), "threads": 1}
+    if _is_seen_by_others(scenario):
+        changes |= {"log_steps": False, "log_vehicles": tuple(vehicles)}
     journeys = run.vehicles[(run.vehicles["scenario"] == name) & run.vehicles["vehicle_id"].isin(list(vehicles))]
     if journeys["arrive_s"].notna().all():
         # A second more, for the step in which they are seen to have left.

@@ -43,6 +43,13 @@ def profiles() -> list[str]:
     return list(PROFILES)
 
 
+def weathers() -> list[str]:
+    """Return the names of the weathers of rendered pictures."""
+    from gpsec.imaging.pictures.weather import WEATHERS
+
+    return list(WEATHERS)
+
+
 def reactions() -> list[str]:
     """Return the names of the reactions of the closed loop."""
     from gpsec.steering.registry import REACTIONS

@@ -33,10 +33,37 @@ class CameraSection(Section):
         visibility: `clock`: markings are lost at random, as the profiles say; `place`: where too little of a line lies
             ahead, before stop lines, or behind another vehicle of the fleet. Lines are those of `NET.paint.csv` beside
             the net, as `gpsec import` writes it; without that file every lane has both.
+        source: `profile`: lanes are the true ones with the errors of profile or tape; `image`: for some of the vehicles
+            they are found in rendered pictures of their view (needs the extra `image`), for the others as before.
+        image_share: share of the vehicles that see pictures, drawn by seed and vehicle.
+        image_vehicles: vehicles that see pictures in any case, by SUMO's ids.
+        image_weather: of the pictures: `good`, `night`, `rain`, `rain-night`, `worn`, `shadows`, `noiseless`.
+        image_memory_m: metres of way over which a lane is averaged, by odometer and gyro; unset takes single pictures.
+        image_mounting_deg: standard deviation of how the camera is mounted, on each axis, which it does not know.
     """
 
     tape: Annotated[str | None, Unset] = None
     visibility: Literal["clock", "place"] = "clock"
+    source: Literal["profile", "image"] = "profile"
+    image_share: float = Field(0.0, ge=0.0, le=1.0)
+    image_vehicles: tuple[str, ...] = Field((), strict=False)
+    image_weather: str = "good"
+    image_memory_m: Annotated[float | None, Unset] = Field(None, gt=0.0, le=200.0)
+    image_mounting_deg: float = Field(0.1, ge=0.0, le=5.0)
+
+    @field_validator("image_weather")
+    @classmethod
+    def _known_weather(cls, name: str) -> str:
+        return choices.require_known("image_weather", name, choices.weathers())
+
+    @model_validator(mode="after")
+    def _somebody_sees_pictures(self) -> Self:
+        somebody = self.image_share > 0.0 or bool(self.image_vehicles)
+        if somebody and self.source != "image":
+            raise ValueError("image_share and image_vehicles take source = 'image', found 'profile'")
+        if not somebody and self.source == "image":
+            raise ValueError("source = 'image' takes an image_share above 0, or image_vehicles, found neither")
+        return self
 
 
 class ReceiverSection(Section):

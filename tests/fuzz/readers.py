@@ -12,8 +12,8 @@ import numpy as np
 from gpsec import cli
 from gpsec.detection import models
 from gpsec.hdmap.map import load_map
-from gpsec.imaging.calibration import read_calibration
-from gpsec.imaging.camera import RoadCamera
+from gpsec.imaging.pictures.calibration import read_calibration
+from gpsec.imaging.pictures.camera import RoadCamera
 from gpsec.replay.fcd import read_clock, steps
 from gpsec.replay.figures import error_table
 from gpsec.replay.prepare import lay

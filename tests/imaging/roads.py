@@ -4,12 +4,12 @@ from math import cos, sin
 
 import numpy as np
 
-from gpsec.imaging.camera import RoadCamera
-from gpsec.imaging.paint import SURFACE, WHITE_PAINT, YELLOW_PAINT
-from gpsec.imaging.render import Renderer
-from gpsec.imaging.scene import Moment, SeenBodies
-from gpsec.imaging.strips import Painted, join_strips
-from gpsec.imaging.weather import WEATHERS
+from gpsec.imaging.pictures.camera import RoadCamera
+from gpsec.imaging.pictures.paint import SURFACE, WHITE_PAINT, YELLOW_PAINT
+from gpsec.imaging.pictures.render import Renderer
+from gpsec.imaging.pictures.scene import Moment, SeenBodies
+from gpsec.imaging.pictures.strips import Painted, join_strips
+from gpsec.imaging.pictures.weather import WEATHERS
 
 NOBODY = SeenBodies(np.zeros((0, 2)), *(np.zeros(0) for _ in range(4)), np.zeros(0, np.uint64))
 

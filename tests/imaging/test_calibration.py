@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from gpsec.core.errors import GpsecError
-from gpsec.imaging.calibrate import lens_of, mounted
-from gpsec.imaging.calibration import read_calibration, write_calibration
-from gpsec.imaging.camera import RoadCamera
-from gpsec.imaging.frames import Shot
+from gpsec.imaging.pictures.calibrate import lens_of, mounted
+from gpsec.imaging.pictures.calibration import read_calibration, write_calibration
+from gpsec.imaging.pictures.camera import RoadCamera
+from gpsec.imaging.pictures.frames import Shot
 
 from .roads import road, view
 

@@ -5,7 +5,7 @@ from math import tan
 import numpy as np
 import pytest
 
-from gpsec.imaging.camera import RoadCamera
+from gpsec.imaging.pictures.camera import RoadCamera
 
 LENS = (-0.26, 0.05, -7e-4, 2e-4, -0.01)
 

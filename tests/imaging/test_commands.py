@@ -44,7 +44,7 @@ def test_a_tape_is_of_what_was_measured(measured, folder):
 
 
 def test_what_was_measured_is_not_measured_again(measured, folder, monkeypatch):
-    from gpsec.imaging.measure import Campaign
+    from gpsec.imaging.filming.measure import Campaign
 
     before = (folder / "m" / "errors.csv").read_bytes()
     monkeypatch.delattr(Campaign, "_drive")

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from gpsec.core.errors import GpsecError
-from gpsec.imaging.error_table import decay_s, figures_of, tape_of
-from gpsec.imaging.measure import Errors
+from gpsec.imaging.filming.error_table import decay_s, figures_of, tape_of
+from gpsec.imaging.filming.measure import Errors
 from gpsec.types.tapes import write_tape
 
 

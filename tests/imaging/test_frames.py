@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from gpsec.core.errors import GpsecError
-from gpsec.imaging.camera import RoadCamera
-from gpsec.imaging.detect import detect_lanes
-from gpsec.imaging.frames import open_frames
+from gpsec.imaging.pictures.camera import RoadCamera
+from gpsec.imaging.pictures.detect import detect_lanes
+from gpsec.imaging.pictures.frames import open_frames
 
 from .roads import road, view
 

@@ -5,9 +5,9 @@ from math import atan, degrees
 import numpy as np
 import pytest
 
-from gpsec.imaging.camera import RoadCamera
-from gpsec.imaging.lanes import LaneFinder
-from gpsec.imaging.scene import SeenBodies
+from gpsec.imaging.pictures.camera import RoadCamera
+from gpsec.imaging.pictures.lanes import LaneFinder
+from gpsec.imaging.pictures.scene import SeenBodies
 
 from .roads import on_arc, road, view
 

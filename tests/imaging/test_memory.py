@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from gpsec.imaging.lanes import NO_LANE, SeenLane
-from gpsec.imaging.memory import LaneMemory, moved_on
+from gpsec.imaging.pictures.lanes import NO_LANE, SeenLane
+from gpsec.imaging.pictures.memory import LaneMemory, moved_on
 
 
 def test_a_lane_is_moved_on_as_the_vehicle_moves():

@@ -23,7 +23,7 @@ def imported(path: Path) -> set[str]:
 
 def test_one_module_imports_it():
     found = [path.relative_to(PACKAGE).as_posix() for path in PACKAGE.rglob("*.py") if "cv2" in imported(path)]
-    assert found == ["imaging/opencv.py"]
+    assert found == ["imaging/pictures/opencv.py"]
 
 
 def test_a_run_and_the_command_line_do_not():
@@ -33,6 +33,6 @@ def test_a_run_and_the_command_line_do_not():
 
 
 def test_without_it_a_sentence_names_the_extra():
-    code = "import sys; sys.modules['cv2'] = None\nfrom gpsec.imaging.opencv import opencv\nopencv()"
+    code = "import sys; sys.modules['cv2'] = None\nfrom gpsec.imaging.pictures.opencv import opencv\nopencv()"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert "GpsecError: pictures need the extra 'image' (pip install 'gpsec[image]')" in done.stderr

@@ -5,7 +5,7 @@ import pytest
 
 from gpsec.core.tables import taken
 from gpsec.hdmap.map import compile_map
-from gpsec.imaging.paint import PAINT_ERROR_M, SURFACE, WHITE_PAINT, YELLOW_PAINT, paint_roads
+from gpsec.imaging.pictures.paint import PAINT_ERROR_M, SURFACE, WHITE_PAINT, YELLOW_PAINT, paint_roads
 
 # Three lanes of 3.2 m to the east, and a road with a bend that one can turn into.
 THREE_LANES = (

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from gpsec.imaging.camera import RoadCamera
-from gpsec.imaging.render import Renderer
-from gpsec.imaging.scene import Moment, SeenBodies
-from gpsec.imaging.weather import WEATHERS
+from gpsec.imaging.pictures.camera import RoadCamera
+from gpsec.imaging.pictures.render import Renderer
+from gpsec.imaging.pictures.scene import Moment, SeenBodies
+from gpsec.imaging.pictures.weather import WEATHERS
 
 from .roads import NOBODY, road, view
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from gpsec.core.tables import taken
-from gpsec.imaging.strips import Painted, join_strips, runs
+from gpsec.imaging.pictures.strips import Painted, join_strips, runs
 
 
 def strips_of(count):

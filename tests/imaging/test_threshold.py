@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from gpsec.imaging.threshold import NOT_LOOKED_AT, RidgeRows, over_threshold, ridges
+from gpsec.imaging.pictures.threshold import NOT_LOOKED_AT, RidgeRows, over_threshold, ridges
 from gpsec.reference.ridge import plain_ridge
 
 

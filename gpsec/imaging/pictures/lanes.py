@@ -10,13 +10,13 @@ import numpy as np
 
 from gpsec.core.arrays import Floats
 from gpsec.core.tables import taken
-from gpsec.imaging.birdseye import BirdsEye, Marks
-from gpsec.imaging.camera import RoadCamera
-from gpsec.imaging.cubic import LineFit, fit_lane
-from gpsec.imaging.opencv import opencv
-from gpsec.imaging.search import find_lane
-from gpsec.imaging.threshold import over_threshold, ridges
-from gpsec.imaging.windows import slide
+from gpsec.imaging.pictures.birdseye import BirdsEye, Marks
+from gpsec.imaging.pictures.camera import RoadCamera
+from gpsec.imaging.pictures.cubic import LineFit, fit_lane
+from gpsec.imaging.pictures.opencv import opencv
+from gpsec.imaging.pictures.search import find_lane
+from gpsec.imaging.pictures.threshold import over_threshold, ridges
+from gpsec.imaging.pictures.windows import slide
 
 # Pictures are worked on at this width.
 WORKING_WIDTH = 640

@@ -1,15 +1,19 @@
 """What a camera sees of the traffic in one moment."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from gpsec.core.arrays import Floats
+from gpsec.core.tables import taken
+
+# Who is further away is in no picture.
+_IN_SIGHT_M = 110.0
 
 
-@dataclass(frozen=True)
-class SeenBodies:
-    """Other vehicles about a camera's own; n of them.
+class SeenBodies(NamedTuple):
+    """Vehicles on the road; n of them.
 
     Attributes:
         rear_m: (n, 2) rear axles in the net's frame.
@@ -40,6 +44,14 @@ class Moment:
     rear_m: Floats
     yaw_rad: float
     others: SeenBodies
+
+
+def moment_of(step: int, bodies: SeenBodies, own: int) -> Moment:
+    """Return what the camera of one of the `bodies`, the one at the place `own`, has around it."""
+    near = np.abs(bodies.rear_m - bodies.rear_m[own]).max(axis=1) < _IN_SIGHT_M
+    near[own] = False
+    others = taken(bodies, np.flatnonzero(near).astype(np.int32))
+    return Moment(step, bodies.rear_m[own], float(bodies.yaw_rad[own]), others)
 
 
 def in_frame_of(moment: Moment, points_m: Floats) -> Floats:

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from gpsec.core.errors import GpsecError
-from gpsec.imaging.camera import RoadCamera
-from gpsec.imaging.frames import Frames
-from gpsec.imaging.lanes import LaneFinder, SeenLane
-from gpsec.imaging.memory import LaneMemory
-from gpsec.imaging.opencv import opencv
-from gpsec.imaging.overlay import overlaid
+from gpsec.imaging.pictures.camera import RoadCamera
+from gpsec.imaging.pictures.frames import Frames
+from gpsec.imaging.pictures.lanes import LaneFinder, SeenLane
+from gpsec.imaging.pictures.memory import LaneMemory
+from gpsec.imaging.pictures.opencv import opencv
+from gpsec.imaging.pictures.overlay import overlaid
 
 LANES = "lanes.csv"
 _COLUMNS = ("frame", "t_s", "c0_m", "c1", "c2_per_m", "c3_per_m2", "width_m", "sigma_m", "valid")

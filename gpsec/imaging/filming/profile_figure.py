@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from gpsec.core.system import in_a_sentence
-from gpsec.imaging.error_table import correlations
-from gpsec.imaging.measure import Errors
+from gpsec.imaging.filming.error_table import correlations
+from gpsec.imaging.filming.measure import Errors
 
 # Okabe and Ito.
 _COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000")

@@ -5,9 +5,9 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from gpsec.imaging.error_table import SEEN_BY, ErrorRow, figures_of, tape_of, write_errors
-from gpsec.imaging.measure import Errors
-from gpsec.imaging.profile_figure import draw_profile
+from gpsec.imaging.filming.error_table import SEEN_BY, ErrorRow, figures_of, tape_of, write_errors
+from gpsec.imaging.filming.measure import Errors
+from gpsec.imaging.filming.profile_figure import draw_profile
 from gpsec.types.tapes import write_tape
 
 ALL_SCENARIOS = "all scenarios"

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gpsec.core.arrays import Floats
-from gpsec.imaging.birdseye import Marks
+from gpsec.imaging.pictures.birdseye import Marks
 
 # Directions and curvatures (C1, and C2 in 1/m) of the road ahead that are tried, and how far ahead marks have a vote.
 _TURNS = np.arange(-6, 7) * 0.02

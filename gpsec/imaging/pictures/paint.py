@@ -12,7 +12,7 @@ from gpsec.core.arrays import Floats
 from gpsec.core.noise import vehicle_key
 from gpsec.hdmap.map import HDMap
 from gpsec.hdmap.polyline import Polyline, measure, resample
-from gpsec.imaging.strips import Painted, join_strips
+from gpsec.imaging.pictures.strips import Painted, join_strips
 
 SURFACE, WHITE_PAINT, YELLOW_PAINT, SEAM, SHADE = range(5)
 """Kinds of strips."""

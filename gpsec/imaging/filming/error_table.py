@@ -11,7 +11,7 @@ import numpy as np
 from gpsec.core.arrays import Floats
 from gpsec.core.errors import GpsecError
 from gpsec.core.system import in_a_sentence
-from gpsec.imaging.measure import Errors
+from gpsec.imaging.filming.measure import Errors
 from gpsec.types.tapes import Tape
 
 CLEAR_M = 45.0

@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from gpsec.core.arrays import Floats, Ints
-from gpsec.imaging.camera import RoadCamera
-from gpsec.imaging.opencv import opencv
-from gpsec.imaging.threshold import CORE_M, ROAD_FROM_M, ROAD_M, RidgeRows
+from gpsec.imaging.pictures.camera import RoadCamera
+from gpsec.imaging.pictures.opencv import opencv
+from gpsec.imaging.pictures.threshold import CORE_M, ROAD_FROM_M, ROAD_M, RidgeRows
 
 ASIDE_M, CELL_M = 6.0, 0.04
 """Half width of the grid, and width of a cell."""

@@ -7,13 +7,13 @@ import numpy as np
 
 from gpsec.core.arrays import Floats, Ints
 from gpsec.core.tables import taken
-from gpsec.imaging.bodies import draw_bodies
-from gpsec.imaging.camera import RoadCamera
-from gpsec.imaging.opencv import opencv
-from gpsec.imaging.paint import SEAM, SHADE, SURFACE, WHITE_PAINT, YELLOW_PAINT
-from gpsec.imaging.scene import Moment, in_frame_of
-from gpsec.imaging.strips import Painted, Strips, runs
-from gpsec.imaging.weather import Weather
+from gpsec.imaging.pictures.bodies import draw_bodies
+from gpsec.imaging.pictures.camera import RoadCamera
+from gpsec.imaging.pictures.opencv import opencv
+from gpsec.imaging.pictures.paint import SEAM, SHADE, SURFACE, WHITE_PAINT, YELLOW_PAINT
+from gpsec.imaging.pictures.scene import Moment, in_frame_of
+from gpsec.imaging.pictures.strips import Painted, Strips, runs
+from gpsec.imaging.pictures.weather import Weather
 
 _REACH_M = 80.0
 _SHIFT = 4

@@ -11,7 +11,7 @@ from gpsec.core.errors import GpsecError, nearest, shown
 from gpsec.core.tables import Table
 from gpsec.hdmap.locating import locate
 from gpsec.hdmap.map import HDMap
-from gpsec.imaging.scene import Moment, SeenBodies
+from gpsec.imaging.pictures.scene import Moment, SeenBodies, moment_of
 from gpsec.pipeline.build import lay_ground
 from gpsec.scenario import Scenario
 from gpsec.sensors.lane_view import lane_polynomial
@@ -20,9 +20,6 @@ from gpsec.traffic.remote import RemoteSession
 from gpsec.traffic.source import Departure, Frame
 from gpsec.types.camera import NO_MISTAKES
 from gpsec.types.vehicles import Vehicles
-
-# Who is further away is in no picture.
-_IN_SIGHT_M = 110.0
 
 
 @dataclass(frozen=True)
@@ -75,12 +72,10 @@ class Film:
 
     def moment(self, row: int) -> Moment:
         """Return what the camera of a row's vehicle has around it."""
-        at = int(np.searchsorted(self.first, row, side="right")) - 1
+        at = self.moment_of(row)
         rows = np.arange(self.first[at], self.first[at + 1])
-        near = np.abs(self.rear_m[rows] - self.rear_m[row]).max(axis=1) < _IN_SIGHT_M
-        rows = rows[near & (rows != row)]
         who = self.vehicle[rows]
-        others = SeenBodies(
+        bodies = SeenBodies(
             self.rear_m[rows],
             self.yaw_rad[rows],
             self.axle_m[who],
@@ -88,7 +83,7 @@ class Film:
             self.width_m[who],
             self.key[who],
         )
-        return Moment(at, self.rear_m[row], float(self.yaw_rad[row]), others)
+        return moment_of(at, bodies, row - int(self.first[at]))
 
     def moment_of(self, row: int) -> int:
         """Return the number of the moment that a row is of."""

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from gpsec.imaging.camera import RoadCamera
-from gpsec.imaging.lanes import SeenLane
-from gpsec.imaging.opencv import opencv
+from gpsec.imaging.pictures.camera import RoadCamera
+from gpsec.imaging.pictures.lanes import SeenLane
+from gpsec.imaging.pictures.opencv import opencv
 
 _FAR_M = 40.0
 # Okabe and Ito's sky blue and vermilion.

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gpsec.core.arrays import Floats
-from gpsec.imaging.birdseye import Marks
+from gpsec.imaging.pictures.birdseye import Marks
 
 # Deviations that are expected beforehand, of width, C2 and C3, with what a bend adds to the latter two: a road that
 # does not bend does not twist either. They keep the far end of the fit, of which there is little paint, from turning

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from gpsec.core.errors import GpsecError, shown
-from gpsec.imaging.camera import RoadCamera
-from gpsec.imaging.opencv import opencv
+from gpsec.imaging.pictures.camera import RoadCamera
+from gpsec.imaging.pictures.opencv import opencv
 
 PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".ppm", ".tif", ".tiff")
 TRUTH = "truth.csv"

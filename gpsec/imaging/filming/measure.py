@@ -14,14 +14,14 @@ from gpsec.core.arrays import Flags, Floats, Longs
 from gpsec.core.errors import GpsecError
 from gpsec.core.npz import DamagedError, read_npz
 from gpsec.core.system import in_a_sentence
-from gpsec.imaging.film import Film
-from gpsec.imaging.lanes import LaneFinder
-from gpsec.imaging.memory import LaneMemory
-from gpsec.imaging.paint import paint_roads
-from gpsec.imaging.render import Renderer
-from gpsec.imaging.strips import Painted
-from gpsec.imaging.views import camera_on, misaligned
-from gpsec.imaging.weather import WEATHERS
+from gpsec.imaging.filming.film import Film
+from gpsec.imaging.pictures.lanes import LaneFinder
+from gpsec.imaging.pictures.memory import LaneMemory
+from gpsec.imaging.pictures.mounting import camera_on, misaligned
+from gpsec.imaging.pictures.paint import paint_roads
+from gpsec.imaging.pictures.render import Renderer
+from gpsec.imaging.pictures.strips import Painted
+from gpsec.imaging.pictures.weather import WEATHERS
 
 # A vehicle that is on the road for less is not worth its pictures.
 _LEAST_S = 10.0

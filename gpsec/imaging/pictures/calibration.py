@@ -8,7 +8,7 @@ from typing import Any
 
 from gpsec.core.errors import GpsecError, nearest, shown
 from gpsec.core.system import in_a_sentence
-from gpsec.imaging.camera import RoadCamera
+from gpsec.imaging.pictures.camera import RoadCamera
 
 _WHOLE = ("width", "height", "hood_row")
 _BOUNDS = {

@@ -6,7 +6,7 @@ from math import exp
 import numpy as np
 
 from gpsec.core.arrays import Floats
-from gpsec.imaging.lanes import NO_LANE, SeenLane
+from gpsec.imaging.pictures.lanes import NO_LANE, SeenLane
 
 MEMORY_M = 15.0
 """Way over which what was seen fades to 1/e."""

@@ -3,8 +3,8 @@
 import numpy as np
 
 from gpsec.core.arrays import Flags
-from gpsec.imaging.birdseye import Marks
-from gpsec.imaging.search import LanePair
+from gpsec.imaging.pictures.birdseye import Marks
+from gpsec.imaging.pictures.search import LanePair
 
 # Half width of a window, and where windows end: longer the farther away, as marks become fewer.
 HALF_M = 0.35

@@ -14,13 +14,13 @@ from typing import NamedTuple
 import numpy as np
 
 from gpsec.core.errors import GpsecError
-from gpsec.imaging.birdseye import Marks
-from gpsec.imaging.camera import RoadCamera
-from gpsec.imaging.frames import Shot
-from gpsec.imaging.lanes import WORKING_WIDTH, LaneFinder
-from gpsec.imaging.opencv import opencv
-from gpsec.imaging.search import LanePair, find_lane
-from gpsec.imaging.windows import slide
+from gpsec.imaging.pictures.birdseye import Marks
+from gpsec.imaging.pictures.camera import RoadCamera
+from gpsec.imaging.pictures.frames import Shot
+from gpsec.imaging.pictures.lanes import WORKING_WIDTH, LaneFinder
+from gpsec.imaging.pictures.opencv import opencv
+from gpsec.imaging.pictures.search import LanePair, find_lane
+from gpsec.imaging.pictures.windows import slide
 
 # Pitches that are tried until lines are parallel, and widths of a lane before the height is known (m).
 _PITCHES_DEG = np.arange(-6.0, 12.1, 0.5)

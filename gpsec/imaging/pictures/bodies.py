@@ -6,9 +6,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gpsec.core.arrays import Floats
-from gpsec.imaging.camera import RoadCamera
-from gpsec.imaging.opencv import opencv
-from gpsec.imaging.scene import Moment, SeenBodies, in_frame_of
+from gpsec.imaging.pictures.camera import RoadCamera
+from gpsec.imaging.pictures.opencv import opencv
+from gpsec.imaging.pictures.scene import Moment, SeenBodies, in_frame_of
 
 _FARTHEST_M, _NEAREST_M = 90.0, 0.4
 _CAR_M, _TALL_M, _LONG_M = 1.5, 3.2, 6.5
