@@ -23,6 +23,7 @@ def calibrate(
         list[str] | None, typer.Option("--profile", metavar="P", help="Only this sensor profile; repeatable.")
     ] = None,
     part: options.Part = None,
+    tapes: options.TrainingTapes = None,
 ) -> None:
     """Calibrate rare false alarms (0.1/h, 0.01/h, 1e-3/h) of trained models on many hours of benign driving.
 
@@ -33,6 +34,7 @@ def calibrate(
     Examples:
       gpsec calibrate --out models
       gpsec calibrate --out models --profile carla --detector cusum
+      gpsec calibrate --profile dsd --tape rendered-good --tape rendered-night --out models
       gpsec calibrate --out models --hours 200 --jobs 2
     """  # noqa: D301
     from rich.console import Console
@@ -49,6 +51,7 @@ def calibrate(
             detectors=detectors or (),
             profiles=profiles or (),
             parts=loaded,
+            tapes=tapes or (),
             jobs=jobs,
             report=report,
         )

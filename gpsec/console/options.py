@@ -29,6 +29,10 @@ Part = Annotated[
         "--part", metavar="REF", help="Load a part: FILE.py:Name, package.module:Name, or a profile FILE.toml."
     ),
 ]
+TrainingTapes = Annotated[
+    list[str] | None,
+    typer.Option("--tape", metavar="NAME", help="Errors that sensors play: a tape of gpsec, or FILE.npz; repeatable."),
+]
 RunsCode = Annotated[bool, typer.Option("--allow-code", help="Run the code that RUN's scenario names as `parts`.")]
 AllowCode = Annotated[bool, typer.Option("--allow-code", help="Run the code that a scenario names under `parts`.")]
 

@@ -33,6 +33,7 @@ def train(
         list[str] | None, typer.Option("--profile", metavar="P", help="Only this sensor profile; repeatable.")
     ] = None,
     part: options.Part = None,
+    tapes: options.TrainingTapes = None,
 ) -> None:
     """Train the learned detectors on benign runs and calibrate every threshold.
 
@@ -41,6 +42,7 @@ def train(
       gpsec train --seed 2 --out /tmp/models
       gpsec train --detector cusum --profile dsd
       gpsec train --part mine.py:OcSvm --detector oc_svm --profile carla
+      gpsec train --profile dsd --tape rendered-good --tape rendered-night --out models
       gpsec train --networks mountain,suburb --out /tmp/models
       gpsec run scenarios/town --set detection.models=models
     """  # noqa: D301
@@ -60,6 +62,7 @@ def train(
             profiles=profiles or (),
             networks=chosen,
             parts=loaded,
+            tapes=tapes or (),
             seed=seed,
             jobs=jobs,
             report=report,

@@ -21,6 +21,7 @@ from gpsec.pipeline.filter_noise import filter_noise
 from gpsec.pipeline.loop import Loop, LoopSettings
 from gpsec.sensors.profiles import SensorProfile, residual_sigma_m
 from gpsec.sensors.sense import Sensors
+from gpsec.sensors.tapes import NO_TAPES, Tapes
 from gpsec.traffic.options import resolve_options
 from gpsec.traffic.recording import RecordedTraffic, Recording, record_traffic
 from gpsec.traffic.recordingfile import load_recording, on_net, save_recording
@@ -136,10 +137,11 @@ def residual_log(
     association: str,
     seed: int,
     watched: bool = False,
+    tapes: Tapes = NO_TAPES,
 ) -> ResidualLog:
     """Return the residuals that vehicles of one profile would have seen in recorded traffic, without an attack.
 
-    If they are `watched`, what the monitor is handed is in the log, too.
+    If they are `watched`, what the monitor is handed is in the log, too. `tapes` are played by their sensors.
     """
     source = RecordedTraffic(recording)
     hd_map = load_map(net_file, (profile.map_spacing_m,))
@@ -150,7 +152,7 @@ def residual_log(
         origin_s=float(recording.time_s[0]) if len(recording) else 0.0,
         settle_s=0.0,
         hd_map=hd_map,
-        sensors=Sensors((profile,), source.step_s),
+        sensors=Sensors((profile,), source.step_s, tapes=tapes),
         profile_of=lambda departure: 0,
     )
     loop = Loop(settings, (), method)

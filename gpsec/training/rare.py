@@ -26,6 +26,7 @@ from gpsec.sensors.registry import PROFILES
 from gpsec.training.collect import residual_log
 from gpsec.training.pool import Pool, TrainingProgress, tell_progress
 from gpsec.training.recordings import Recordings
+from gpsec.training.tapes import TrainingTapes
 from gpsec.training.train_models import CALIBRATION_RUNS, NETWORKS
 
 HOURS = 1000.0
@@ -45,6 +46,7 @@ class RareJob:
         traffic: recordings.
         seeds: of the traffic.
         parts: from outside gpsec.
+        tapes: that its sensors play, by name.
     """
 
     profile: str
@@ -55,6 +57,7 @@ class RareJob:
     traffic: Recordings
     seeds: tuple[int, ...]
     parts: tuple[str, ...]
+    tapes: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
@@ -69,6 +72,7 @@ def calibrate(
     detectors: Sequence[str] = (),
     profiles: Sequence[str] = (),
     parts: Sequence[str] = (),
+    tapes: Sequence[str] = (),
     jobs: int | None = None,
     report: Callable[[TrainingProgress], None] | None = None,
 ) -> tuple[str, ...]:
@@ -83,6 +87,7 @@ def calibrate(
         detectors: names; none stands for all that the models have.
         profiles: names of sensor profiles; none stands for all that the models have.
         parts: detectors and profiles from outside gpsec, see `gpsec.train`.
+        tapes: those that the models were trained with.
         jobs: number of processes; None takes one for each core.
         report: called in this process with how far each of them is.
 
@@ -90,22 +95,26 @@ def calibrate(
         ``profile/association`` of the models that were calibrated anew.
 
     Raises:
-        GpsecError: there are no models, or none of that profile or detector.
+        GpsecError: there are no models, none of that profile or detector, or they were trained with other tapes.
     """
     check_may_start()
     try:
         loaded = load_parts(parts, Path(), allow_code=True)
     except ValueError as error:
         raise GpsecError(f"parts: {error}") from None
+    played = TrainingTapes.of(tapes)
     models = {key: replace(model, learned=dict(model.learned)) for key, model in load_models(Path(out)).items()}
     _check_known("profile", profiles, [profile for profile, _ in models], Path(out))
     known = [name for model in models.values() for name in model.thresholds.get("1/h", {})]
     _check_known("detector", detectors, known, Path(out))
     with tempfile.TemporaryDirectory(prefix="gpsec-calibrate-") as name:
         pool = Pool(jobs or cores(), Path(name), report or _ignore)
-        work = _work(models, (tuple(detectors), tuple(profiles), loaded), hours, pool.folder)
+        chosen = (tuple(detectors), tuple(profiles), loaded, tuple(tapes))
+        work = _work(models, chosen, hours, pool.folder)
         if not work:
             return ()
+        for job in work:
+            played.check_same(job.model.provenance.get("tapes", {}), job.name)
         work[0].traffic.record({seed for job in work for seed in job.seeds}, pool)
 
         def keep(place: int, found: Mapping[str, Mapping[str, Calibrated | None]]) -> None:
@@ -150,16 +159,18 @@ def rare_job(job: RareJob) -> dict[str, dict[str, Calibrated | None]]:
     plain = [harvest for harvest in kept if not harvest.detector.reads_monitor]
     gated = GatedHarvest([harvest for harvest in kept if harvest.detector.reads_monitor])
     runs = [(network, seed) for seed in job.seeds for network in job.traffic.nets]
-    watched = bool(gated.harvests)
+    watched, tapes = bool(gated.harvests), TrainingTapes.of(job.tapes)
     gate = float(gates_for([job.profile], job.association, own)[0]) if watched else 0.0
     time = 0
     while kept and kept[0].hours < job.hours:
         time += 1
-        for network, seed in runs:
+        for number, (network, seed) in enumerate(runs):
             tell_progress(job.name, f"{kept[0].hours:.0f} of {job.hours:.0f} vehicle-hours", *_part(kept[0], job))
             recording = job.traffic.read(network, seed)
             noise = seed + time * NEW_NOISE
-            log = residual_log(recording, job.traffic.nets[network], network, profile, job.association, noise, watched)
+            played = tapes.of_run(number, profile, float(recording.step_s[0]))
+            net = job.traffic.nets[network]
+            log = residual_log(recording, net, network, profile, job.association, noise, watched, played)
             grid = Grid.of([log])
             for harvest in plain:
                 harvest.take(grid)
@@ -181,12 +192,12 @@ def _part(harvest: Harvest, job: RareJob) -> tuple[int, int]:
 
 def _work(
     models: Models,
-    chosen: tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]],
+    chosen: tuple[tuple[str, ...], ...],
     hours: float,
     folder: Path,
 ) -> list[RareJob]:
     """Return what is left to do."""
-    detectors, profiles, parts = chosen
+    detectors, profiles, parts, tapes = chosen
     recordings = Recordings.of(NETWORKS, folder)
     work = []
     for (profile, association), model in sorted(models.items()):
@@ -200,7 +211,7 @@ def _work(
         if names:
             first = (1 + CALIBRATION_RUNS) * int(model.provenance.get("seed", 1))
             seeds = tuple(range(first + 1, first + 1 + CALIBRATION_RUNS))
-            work.append(RareJob(profile, association, model, names, hours, recordings, seeds, parts))
+            work.append(RareJob(profile, association, model, names, hours, recordings, seeds, parts, tapes))
     return work
 
 

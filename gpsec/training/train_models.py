@@ -18,6 +18,7 @@ from gpsec.sensors.registry import PROFILES
 from gpsec.training.collect import residual_log
 from gpsec.training.pool import Pool, TrainingProgress, tell_progress
 from gpsec.training.recordings import Recordings
+from gpsec.training.tapes import TrainingTapes
 from gpsec.types.constants import MODELLED
 
 # None of these is among the networks that results are reported on.
@@ -37,6 +38,7 @@ class Job:
         training_seed, calibration_seeds: of the traffic.
         detectors: those that are trained and calibrated.
         parts: from outside gpsec.
+        tapes: that its sensors play, by name.
     """
 
     profile: str
@@ -47,6 +49,7 @@ class Job:
     calibration_seeds: tuple[int, ...]
     detectors: tuple[str, ...] = DETECTORS.own
     parts: tuple[str, ...] = ()
+    tapes: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
@@ -63,12 +66,14 @@ class Wanted:
         profiles: sensor profiles; none stands for all of gpsec's own.
         detectors: with those that share arrays with them; none stands for all of gpsec's own.
         parts: from outside gpsec, by their references with whole paths, loaded already.
+        tapes: that sensors play, by name; none stands for the profiles' own noise.
     """
 
     networks: Sequence[str] = NETWORKS
     profiles: Sequence[str] = ()
     detectors: Sequence[str] = ()
     parts: tuple[str, ...] = ()
+    tapes: tuple[str, ...] = ()
 
     def resolved(self) -> tuple[list[str], tuple[str, ...], tuple[str, ...]]:
         """Return networks, profiles and detectors, in the order in which they are trained.
@@ -91,6 +96,7 @@ def train(
     profiles: Sequence[str] = (),
     networks: Sequence[str] = NETWORKS,
     parts: Sequence[str] = (),
+    tapes: Sequence[str] = (),
     seed: int = 1,
     jobs: int | None = None,
     report: Callable[[TrainingProgress], None] | None = None,
@@ -109,6 +115,8 @@ def train(
         networks: some of `NETWORKS`.
         parts: detectors and profiles from outside gpsec that are loaded: `FILE.py:Name`, `package.module:Name`, or
             `FILE.toml`.
+        tapes: that sensors play in the place of their profile's noise, by name or file; of several of one kind, one
+            run after the other takes the next.
         seed: of traffic, noise and training.
         jobs: number of processes; None takes one for each core.
         report: called in this process with how far each of them is.
@@ -117,15 +125,16 @@ def train(
         ``profile/association`` of the models that were trained.
 
     Raises:
-        GpsecError: there is no such network, profile or detector, a part cannot be loaded, or `out` holds something
-            else than models.
+        GpsecError: there is no such network, profile, detector or tape, a part cannot be loaded, or `out` holds
+            something else than models.
     """
     check_may_start()
     try:
         loaded = load_parts(parts, Path(), allow_code=True)
     except ValueError as error:
         raise GpsecError(f"parts: {error}") from None
-    wanted = Wanted(networks, profiles, detectors, loaded)
+    TrainingTapes.of(tapes)  # before anything is simulated
+    wanted = Wanted(networks, profiles, detectors, loaded, tuple(tapes))
     with tempfile.TemporaryDirectory(prefix="gpsec-train-") as name:
         pool = Pool(jobs or cores(), Path(name), report or _ignore)
         return tuple(job.name for job in _train(wanted, Path(out), seed, pool))
@@ -138,7 +147,7 @@ def _train(wanted: Wanted, out: Path, seed: int, pool: Pool) -> list[Job]:
     seeds = range(first, first + 1 + CALIBRATION_RUNS)
     recordings = Recordings.of(networks, pool.folder)
     recordings.record(seeds, pool)
-    lasting = (detectors, wanted.parts)
+    lasting = (detectors, wanted.parts, wanted.tapes)
     work = [
         Job(profile, association, seed, recordings, seeds[0], tuple(seeds[1:]), *lasting)
         for profile in profiles
@@ -169,6 +178,7 @@ def train_job(job: Job) -> ProfileModel:
     use(job.parts)
     profile = PROFILES[job.profile]
     watched = any(DETECTORS[name].reads_monitor for name in job.detectors)
+    tapes = TrainingTapes.of(job.tapes)
 
     def logs(*seeds: int, watched: bool = False) -> list[ResidualLog]:
         runs = [(network, seed) for seed in seeds for network in job.traffic.nets]
@@ -176,13 +186,14 @@ def train_job(job: Job) -> ProfileModel:
         for done, (network, seed) in enumerate(runs):
             tell_progress(job.name, "sensing", done, len(runs))
             recording = job.traffic.read(network, seed)
-            collected.append(
-                residual_log(recording, job.traffic.nets[network], network, profile, job.association, seed, watched)
-            )
+            played = tapes.of_run(done, profile, float(recording.step_s[0]))
+            net = job.traffic.nets[network]
+            collected.append(residual_log(recording, net, network, profile, job.association, seed, watched, played))
         return collected
 
     def progress(stage: str, done: int, total: int) -> None:
         tell_progress(job.name, stage, done, total)
 
     training, calibration = logs(job.training_seed), logs(*job.calibration_seeds, watched=watched)
-    return train_one(training, calibration, job.seed, SETTLE_S, progress, detectors=job.detectors)
+    model = train_one(training, calibration, job.seed, SETTLE_S, progress, detectors=job.detectors)
+    return replace(model, provenance={**model.provenance, "tapes": tapes.digests}) if job.tapes else model
