@@ -135,7 +135,7 @@ def image_detect(
     memory: Annotated[
         float | None, typer.Option(min=0.1, max=200.0, metavar="M", help="Average over this way, by the odometer.")
     ] = None,
-    overlay: Annotated[str, typer.Option(metavar="KIND", help="none, pictures or video.")] = "none",
+    overlay: Annotated[str, typer.Option(metavar="KIND", help="none, pictures, video or animation.")] = "none",
     rate_hz: Annotated[float | None, typer.Option(min=0.01, max=1e3, metavar="HZ", help="Pictures a second.")] = None,
 ) -> None:
     """Find the lane in pictures: lanes.csv with C0 … C3 at the rear axle, width, stated σ, and whether it is valid.
@@ -144,14 +144,16 @@ def image_detect(
     Examples:
       gpsec image detect frames --calibration calibration.json --out lanes
       gpsec image detect drive.mp4 --calibration calibration.json --overlay video
+      gpsec image detect frames --calibration frames/calibration.json --overlay animation --out film
     """  # noqa: D301
     from gpsec.imaging.pictures.calibration import read_calibration
     from gpsec.imaging.pictures.detect import LANES, detect_lanes
     from gpsec.imaging.pictures.folder import filled_folder
     from gpsec.imaging.pictures.frames import open_frames
+    from gpsec.imaging.pictures.overlay import OVERLAYS
 
-    if overlay not in ("none", "pictures", "video"):
-        raise GpsecError(f"--overlay: expected none, pictures or video, found '{overlay}'")
+    if overlay not in OVERLAYS:
+        raise GpsecError(f"--overlay: expected {', '.join(OVERLAYS)}, found '{overlay}'")
     camera = read_calibration(calibration)
     found = open_frames(frames, rate_hz)
     with _progress() as bar, filled_folder(out) as part:
@@ -160,6 +162,32 @@ def image_detect(
         )
     jitter = "" if seen.jitter_m is None else f", C0 from one to the next {seen.jitter_m:.3f} m (σ/√2)"
     say(f"{out / LANES}: a lane in {seen.lanes} of {seen.pictures} pictures{jitter}")
+
+
+@image.command("figure")
+def image_figure(
+    panels: Annotated[
+        list[str], typer.Argument(metavar="[TITLE=]PICTURE…", help="Each with the calibration.json beside it.")
+    ],
+    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The figure, such as lanes.jpg.")],
+    columns: Annotated[int, typer.Option(min=1, max=20, metavar="N", help="Pictures in a row.")] = 2,
+    width: Annotated[int, typer.Option(min=80, max=4000, metavar="PX", help="Of each picture.")] = 480,
+    lane_width: Annotated[
+        float | None, typer.Option(min=2.0, max=6.0, metavar="M", help="As the map has it. [default: 2.6 to 4.2]")
+    ] = None,
+) -> None:
+    """Put pictures side by side, rendered or your own, each with the lane that is found in it.
+
+    \b
+    Examples:
+      gpsec image figure good=good/00100.png rain=rain/00100.png --out lanes.jpg
+      gpsec image calibrate --straight drive --focal-px 870 --out drive/calibration.json
+      gpsec image figure rendered=good/00100.png real=drive/0001.jpg --out rendered-real.jpg
+    """  # noqa: D301
+    from gpsec.imaging.pictures.figure import Panel, write_figure
+
+    write_figure([Panel.of(text) for text in panels], out, columns=columns, width=width, lane_width_m=lane_width)
+    say(out)
 
 
 @image.command("measure")

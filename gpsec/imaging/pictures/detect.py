@@ -6,7 +6,6 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -15,8 +14,7 @@ from gpsec.imaging.pictures.camera import RoadCamera
 from gpsec.imaging.pictures.frames import Frames
 from gpsec.imaging.pictures.lanes import LaneFinder, SeenLane
 from gpsec.imaging.pictures.memory import LaneMemory
-from gpsec.imaging.pictures.opencv import opencv
-from gpsec.imaging.pictures.overlay import overlaid
+from gpsec.imaging.pictures.overlay import Drawn
 
 LANES = "lanes.csv"
 _COLUMNS = ("frame", "t_s", "c0_m", "c1", "c2_per_m", "c3_per_m2", "width_m", "sigma_m", "valid")
@@ -46,7 +44,7 @@ def detect_lanes(
     overlay: str = "none",
     tell: Callable[[int, int], None] = lambda done, of: None,
 ) -> Detected:
-    """Write `lanes.csv` into `folder`, which is there, and pictures or a video of what was found.
+    """Write `lanes.csv` into `folder`, which is there, and pictures or a film of what was found.
 
     Args:
         frames: the pictures.
@@ -54,7 +52,7 @@ def detect_lanes(
         folder: to write into.
         width_m: of the lane, where it is known.
         memory_m: way over which what was seen is averaged; it takes frames that say how the vehicle moved.
-        overlay: ``none``, ``pictures`` or ``video``.
+        overlay: one of `pictures.overlay.OVERLAYS`.
         tell: hears how many pictures are done, of how many.
 
     Raises:
@@ -67,8 +65,7 @@ def detect_lanes(
         file = stack.enter_context((folder / LANES).open("w", newline="", encoding="utf-8"))
         table = csv.writer(file, lineterminator="\n")
         table.writerow(_COLUMNS)
-        film = _Drawn(folder, camera, frames.rate_hz, overlay)
-        stack.callback(film.close)
+        film = stack.enter_context(Drawn(folder, camera, frames.rate_hz, overlay))
         for number, shot in enumerate(frames.shots(camera), start=1):
             if memory is not None and shot.moved is None and number > 1:
                 raise GpsecError(
@@ -90,34 +87,3 @@ def _cells(seen: SeenLane) -> list[str]:
     if not seen.valid:
         return ["", "", "", "", "", "", "0"]
     return [*(f"{value:.6g}" for value in seen.poly.tolist()), f"{seen.width_m:.3f}", f"{seen.sigma_m:.4f}", "1"]
-
-
-class _Drawn:
-    """Keeps pictures with the lane in them, as files or as a video."""
-
-    def __init__(self, folder: Path, camera: RoadCamera, rate_hz: float, kind: str) -> None:
-        self._folder, self._camera, self._kind = folder, camera, kind
-        self._video: Any = None
-        if kind == "video":
-            cv2, path = opencv(), folder / "lanes.mp4"
-            code = cv2.VideoWriter_fourcc(*"mp4v")
-            self._video = cv2.VideoWriter(str(path), code, rate_hz, (camera.width, camera.height))
-            if not self._video.isOpened():
-                raise GpsecError(f"{path}: no video can be written there; take --overlay pictures")
-
-    def add(self, name: str, picture: np.ndarray, seen: SeenLane) -> None:
-        """Keep one more."""
-        if self._kind == "none":
-            return
-        drawn = overlaid(picture, self._camera, seen)
-        if self._video is not None:
-            self._video.write(drawn)
-            return
-        path = self._folder / f"lane-{Path(name).stem}.png"
-        if not opencv().imwrite(str(path), drawn):
-            raise GpsecError(f"{path}: the picture cannot be written")
-
-    def close(self) -> None:
-        """Finish the video."""
-        if self._video is not None:
-            self._video.release()

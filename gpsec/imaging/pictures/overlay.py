@@ -1,7 +1,12 @@
 """Pictures with the lane that was found drawn into them."""
 
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
 import numpy as np
 
+from gpsec.core.errors import GpsecError
 from gpsec.imaging.pictures.camera import RoadCamera
 from gpsec.imaging.pictures.lanes import SeenLane
 from gpsec.imaging.pictures.opencv import opencv
@@ -9,6 +14,11 @@ from gpsec.imaging.pictures.opencv import opencv
 _FAR_M = 40.0
 # Okabe and Ito's sky blue and vermilion.
 _LINE, _CENTRE = (233, 180, 86), (0, 94, 213)
+
+OVERLAYS = ("none", "pictures", "video", "animation")
+"""What pictures with their lanes are kept as."""
+# An animation is for pages: so wide, so many pictures a second at most, and so good.
+_ANIMATED_PX, _ANIMATED_HZ, _ANIMATED_QUALITY = 400, 5.0, 45
 
 
 def overlaid(picture: np.ndarray, camera: RoadCamera, lane: SeenLane) -> np.ndarray:
@@ -32,3 +42,57 @@ def overlaid(picture: np.ndarray, camera: RoadCamera, lane: SeenLane) -> np.ndar
         drawn, said, at, cv2.FONT_HERSHEY_SIMPLEX, 0.5 * size, (255, 255, 255), max(round(size), 1), cv2.LINE_AA
     )
     return drawn
+
+
+class Drawn:
+    """Keeps pictures with the lane in them: as files, as a video (MP4), or as an animation (WebP), which pages show."""
+
+    def __init__(self, folder: Path, camera: RoadCamera, rate_hz: float, kind: str) -> None:
+        self._folder, self._camera, self._kind = folder, camera, kind
+        self._every = max(round(rate_hz / _ANIMATED_HZ), 1)
+        self._rate_hz = rate_hz
+        self._frames: list[np.ndarray] = []
+        self._count = 0
+        self._video: Any = None
+
+    def __enter__(self) -> Self:
+        if self._kind == "video":
+            cv2, path, camera = opencv(), self._folder / "lanes.mp4", self._camera
+            code = cv2.VideoWriter_fourcc(*"mp4v")
+            self._video = cv2.VideoWriter(str(path), code, self._rate_hz, (camera.width, camera.height))
+            if not self._video.isOpened():
+                raise GpsecError(f"{path}: no video can be written there; take --overlay pictures")
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._video is not None:
+            self._video.release()
+        if self._frames and error is None:
+            self._animate()
+
+    def add(self, name: str, picture: np.ndarray, seen: SeenLane) -> None:
+        """Keep one more."""
+        number, self._count = self._count, self._count + 1
+        if self._kind == "none" or (self._kind == "animation" and number % self._every):
+            return
+        drawn = overlaid(picture, self._camera, seen)
+        if self._video is not None:
+            self._video.write(drawn)
+        elif self._kind == "animation":
+            height = round(_ANIMATED_PX * self._camera.height / self._camera.width)
+            area = opencv().INTER_AREA
+            self._frames.append(opencv().resize(drawn, (_ANIMATED_PX, height), interpolation=area))
+        else:
+            path = self._folder / f"lane-{Path(name).stem}.png"
+            if not opencv().imwrite(str(path), drawn):
+                raise GpsecError(f"{path}: the picture cannot be written")
+
+    def _animate(self) -> None:
+        cv2, path = opencv(), self._folder / "lanes.webp"
+        film = cv2.Animation()
+        film.frames = self._frames
+        film.durations = [round(1000.0 * self._every / self._rate_hz)] * len(self._frames)
+        if not cv2.imwriteanimation(str(path), film, [cv2.IMWRITE_WEBP_QUALITY, _ANIMATED_QUALITY]):
+            raise GpsecError(f"{path}: no animation can be written there; take --overlay pictures")
