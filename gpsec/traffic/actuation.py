@@ -11,6 +11,7 @@ with e = 4 mm towards the lane beside, or away from the edge of the road. SUMO k
 followers see the vehicle where it is; SUMO changes its lane by itself.
 """
 
+from math import radians, sin
 from typing import NamedTuple
 
 import libsumo
@@ -26,8 +27,11 @@ from gpsec.traffic.sumo_lanes import SumoLanes
 _ZONE_M, _ZONE_S = 30.0, 3.0
 # The shadow moves no faster across the road: the roster takes longer moves for jumps.
 _SHADOW_MPS = 2.0
-# A path goes over to the lane beside it at the speed of SUMO's own vehicles.
-_PATH_MPS = 0.9
+# A path goes over to the lane beside it at the speed of SUMO's own vehicles, and at no larger angle than steering has:
+# who stands does not slide across the road.
+_PATH_MPS, MOST_HEADING_RAD = 0.9, radians(15.0)
+# SUMO bounds the speed across the road of its own vehicles; those that are steered are put where they are to be.
+_BOUND, _FREE_MPS, _NONE = "laneChangeModel.lcMaxSpeedLatStanding", "1", "0"
 # Further from its path no shadow is put.
 _REACH_M = 8.0
 _NUDGE_M = 0.004
@@ -36,7 +40,7 @@ _LOOK_EVERY_S = 1.0
 
 
 class Held(NamedTuple):
-    """Vehicles that are steered; N vehicle rows.
+    """Vehicles that are steered; N vehicle rows. What is across the road is as SUMO has it, see `SumoLanes`.
 
     Attributes:
         present: (N,) the row is that of a vehicle on the road.
@@ -99,7 +103,7 @@ class Actuation:
         """Forget the vehicles of `rows`, which may still be in the simulation."""
         for row in rows:
             if self.now.held[row] and self._names[row] in libsumo.vehicle.getIDList():
-                libsumo.vehicle.setLaneChangeMode(self._names[row], int(self.now.mode[row]))
+                self._give_back(row)
             self.now.held[row] = self.now.present[row] = False
             self.now.brake_mps2[row] = 0.0
             del self._names[row]
@@ -119,11 +123,11 @@ class Actuation:
         rows = commands.rows[steered]
         for row in rows[~held.held[rows]].tolist():
             self._begin(row, int(lane[row]))
-        held.wish_m[rows] = commands.lateral_m[steered]
+        held.wish_m[rows] = self.lanes.left_sign * commands.lateral_m[steered]
         for row in commands.rows[released].tolist():
             if held.held[row]:
                 held.held[row] = False
-                libsumo.vehicle.setLaneChangeMode(self._names[row], int(held.mode[row]))
+                self._give_back(row)
         braking = steered | (ours & (commands.order == CommandKind.BRAKE))
         held.brake_mps2[commands.rows[braking]] = commands.brake_mps2[braking]
         self._refresh()
@@ -137,6 +141,12 @@ class Actuation:
         held.position_m[row], held.speed_mps[row] = vehicle.getLanePosition(name), vehicle.getSpeed(name)
         held.mode[row] = vehicle.getLaneChangeMode(name)
         vehicle.setLaneChangeMode(name, 0)
+        vehicle.setParameter(name, _BOUND, _FREE_MPS)
+
+    def _give_back(self, row: int) -> None:
+        """Let SUMO choose the lane of a vehicle again."""
+        libsumo.vehicle.setLaneChangeMode(self._names[row], int(self.now.mode[row]))
+        libsumo.vehicle.setParameter(self._names[row], _BOUND, _NONE)
 
     def _refresh(self) -> None:
         self.rows = np.flatnonzero(self.now.held).astype(np.int32)
@@ -183,7 +193,7 @@ class Actuation:
             held.shadow_m[moved] += apart_m
             held.path[moved] = lane[new]
         held.lane[rows] = lane
-        most_m = _PATH_MPS * self._step_s
+        most_m = np.minimum(_PATH_MPS, sin(MOST_HEADING_RAD) * np.maximum(held.speed_mps[rows], 0.0)) * self._step_s
         held.shift_m[rows] -= np.clip(held.shift_m[rows], -most_m, most_m)
 
     def _change_paths(self, rows: Ints) -> None:
@@ -215,7 +225,7 @@ class Actuation:
         way_m = position_m - held.position_m[rows]
         held.speed_mps[rows] = np.where(same, way_m / self._step_s, held.speed_mps[rows])
         held.position_m[rows] = position_m
-        surplus_m: Floats = held.shift_m[rows] + held.wish_m[rows] - held.shadow_m[rows]
+        surplus_m: Floats = self.lanes.left_sign * (held.shift_m[rows] + held.wish_m[rows] - held.shadow_m[rows])
         return surplus_m
 
     def displaced(self, front_m: Floats, surplus_m: Floats, lane: Ints) -> Floats:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from math import tan
 from time import perf_counter
 
 import libsumo
@@ -10,7 +11,7 @@ import numpy as np
 from gpsec.core.arrays import Ints
 from gpsec.core.geo import yaw_from_sumo_angle
 from gpsec.core.tables import Slots
-from gpsec.traffic.actuation import Actuation
+from gpsec.traffic.actuation import MOST_HEADING_RAD, Actuation
 from gpsec.traffic.commands import Carried, CommandKind, Commands, Others
 from gpsec.traffic.delays import Delays
 from gpsec.traffic.options import SumoOptions
@@ -18,21 +19,22 @@ from gpsec.traffic.session import SUMO_ERRORS, SumoSession
 from gpsec.traffic.source import Equip, Frame
 from gpsec.traffic.sumo_lanes import SumoLanes
 
-# Wander within the lane, which draws from one stream for all vehicles: one that brakes would change all others.
-_WANDER = "laneChangeModel.lcSigma"
+# What all vehicles go without: wander within the lane, which draws from one stream for all, so that one that brakes
+# would change all others; and sliding across the road while they stand, which no axle can follow.
+LANE_CHANGING = {"lcSigma": "0", "lcMaxSpeedLatStanding": "0", "lcMaxSpeedLatFactor": f"{tan(MOST_HEADING_RAD):.4f}"}
 
 
 class ControlledSession(SumoSession):
     """`SumoSession` that carries out `gpsec.traffic.commands.Commands`; its frames say how, in `Frame.carried`.
 
-    Positions in frames are true: of a vehicle that is steered, that of SUMO and its surplus. All vehicles go without
-    the wander that SUMO draws from one stream, see `_WANDER`.
+    Positions in frames are true: of a vehicle that is steered, that of SUMO and its surplus. All vehicles change lanes
+    by `LANE_CHANGING`.
     """
 
     def __init__(self, options: SumoOptions, lane_index: Mapping[str, int], equip: Equip) -> None:
         """Start the simulation; see `SumoSession`."""
         super().__init__(options, lane_index, equip)
-        self._actuation = Actuation(SumoLanes(lane_index), self.step_s)
+        self._actuation = Actuation(SumoLanes(lane_index, options.net_file), self.step_s)
         self._bystanders = _Bystanders()
         self._lane: Ints = np.full(1, -1, np.int32)
         self._removed = 0
@@ -78,7 +80,8 @@ class ControlledSession(SumoSession):
         """Return the frame with true positions and what became of the commands."""
         for name in libsumo.simulation.getDepartedIDList():
             if name in libsumo.vehicle.getIDList():
-                libsumo.vehicle.setParameter(name, _WANDER, "0")
+                for key, value in LANE_CHANGING.items():
+                    libsumo.vehicle.setParameter(name, f"laneChangeModel.{key}", value)
         self._teleports += len(libsumo.simulation.getStartingTeleportIDList())
         self._actuation.leave(frame.left)
         for departure in frame.departures:

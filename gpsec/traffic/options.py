@@ -148,6 +148,10 @@ def _closed_loop(config: SumoConfig, notes: list[str]) -> dict[str, str]:
         if config.values.get(name) != value:
             notes.append(f"closed loop: {name} set to {value}: {reason}")
     notes.append("closed loop: lcSigma set to 0: wander in the lane draws from one stream for all vehicles")
+    notes.append(
+        "closed loop: lcMaxSpeedLatStanding set to 0 and lcMaxSpeedLatFactor to 0.27: who stands does not slide across"
+        " the road"
+    )
     return {name: value for name, (value, _) in _CLOSED_LOOP.items()}
 
 

@@ -1,4 +1,8 @@
-"""The lanes of SUMO's net as arrays, by their index in the HD map: how they lie side by side, and where they lead."""
+"""The lanes of SUMO's net as arrays, by their index in the HD map: how they lie side by side, and where they lead.
+
+SUMO's own left is where the numbers of lanes grow. Where traffic keeps left, that is the right: its lateral positions
+are mirrored, and so is all that is here.
+"""
 
 from bisect import bisect_right
 from collections import defaultdict
@@ -6,11 +10,15 @@ from collections.abc import Mapping
 from functools import cache
 from itertools import pairwise
 from math import atan2, cos, hypot, pi, sin
+from pathlib import Path
 
 import libsumo
 import numpy as np
 
 from gpsec.core.arrays import Flags, Floats, Ints
+from gpsec.traffic.inputs import first_match
+
+_KEEPS_LEFT = rb"""<net\b[^>]*\slefthand\s*=\s*["'](true|1)["']"""
 
 
 class SumoLanes:
@@ -18,14 +26,16 @@ class SumoLanes:
 
     Attributes:
         ids: SUMO's id of each.
+        left_sign: 1 where SUMO's left is the left, -1 where traffic keeps left.
         edge: (L,) number of the edge.
         internal: (L,) inside a junction.
-        middle_m: (L,) distance of its centre from the right side of the edge.
+        middle_m: (L,) distance of its centre from SUMO's right side of the edge.
         width_m, length_m: (L,) as SUMO has them.
-        left, right: (L,) next lane of the same edge on that side, -1 where there is none.
+        left, right: (L,) next lane of the same edge on that side of SUMO's, -1 where there is none.
     """
 
-    def __init__(self, lane_index: Mapping[str, int]) -> None:
+    def __init__(self, lane_index: Mapping[str, int], net_file: Path) -> None:
+        self.left_sign = -1.0 if first_match(net_file, _KEEPS_LEFT) else 1.0
         count = 1 + max(lane_index.values())
         self.ids = [""] * count
         for name, index in lane_index.items():
@@ -57,7 +67,7 @@ class SumoLanes:
             before = lane
 
     def left_of(self, lane: int, position_m: float) -> tuple[float, float]:
-        """Return the unit vector to the left of a lane at a position along it; it turns evenly between points."""
+        """Return the unit vector to the true left of a lane at a position along it; it turns evenly between points."""
         at_m, yaw_rad, stretch = self._line(lane)
         s = position_m * stretch
         k = min(max(bisect_right(at_m, s) - 1, 0), len(at_m) - 2)

@@ -6,65 +6,17 @@ import pytest
 
 from gpsec.core.errors import GpsecError
 from gpsec.traffic.commands import CommandKind, Commands
-from gpsec.traffic.controlled import ControlledSession
+from gpsec.traffic.controlled import LANE_CHANGING, ControlledSession
 from gpsec.traffic.options import resolve_options
 from gpsec.traffic.remote import RemoteSession
 
-CAR = '<vType id="car" sigma="0.5" length="4" minGap="2"/><vType id="slow" maxSpeed="5" length="4"/>'
-LONG = '<route id="long" edges="A0B0 B0C0 C0C1 C1C2"/><route id="left" edges="A0B0 B0B1 B1B2"/>'
+from .driven import CAR, LONG, Driven, everybody, nobody, steer
+
 FLOWS = (
     CAR
     + '<flow id="f" type="car" begin="0" end="60" period="2" from="A0B0" to="B2C2"/>'
     + '<flow id="g" type="car" begin="0" end="60" period="3" from="C2B2" to="B0A0"/>'
 )
-
-
-def everybody(departure):
-    return True
-
-
-def nobody(departure):
-    return False
-
-
-def steer(rows, lateral_m=0.0, brake_mps2=0.0, order=CommandKind.STEER, others=False):
-    count = len(rows)
-    return Commands(
-        np.array(rows, np.int32),
-        np.full(count, others),
-        np.full(count, order, np.int32),
-        np.broadcast_to(np.asarray(lateral_m, float), (count,)).copy(),
-        np.broadcast_to(np.asarray(brake_mps2, float), (count,)).copy(),
-    )
-
-
-class Driven:
-    """A controlled session in which everybody is called by their SUMO id."""
-
-    def __init__(self, config, lanes, equip=everybody, **asked):
-        self.session = ControlledSession(resolve_options(config, seed=1, closed_loop=True, **asked), lanes, equip)
-        self.row, self.place, self.lane, self.seen = {}, {}, {}, []
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.session.close()
-
-    def frames(self, seconds):
-        names = {}
-        for frame in self.session.frames(seconds):
-            for row in frame.left:
-                self.row.pop(names.pop(row))
-            for departure in frame.departures:
-                names[departure.row] = departure.sumo_id
-                self.row[departure.sumo_id] = departure.row
-            self.place = {names[r]: p for r, p in zip(frame.rows.tolist(), frame.front_m, strict=True)}
-            yield frame
-
-    def steer(self, name, lateral_m=0.0, brake_mps2=0.0):
-        if name in self.row:
-            self.session.command(steer([self.row[name]], lateral_m, brake_mps2))
 
 
 def test_without_commands_everybody_drives_as_in_plain_sumo(scenario, lane_index):
@@ -74,6 +26,9 @@ def test_without_commands_everybody_drives_as_in_plain_sumo(scenario, lane_index
     libsumo.start(["sumo", *options.arguments])
     for _ in range(400):
         libsumo.simulation.step()
+        for name in libsumo.simulation.getDepartedIDList():
+            for key, value in LANE_CHANGING.items():
+                libsumo.vehicle.setParameter(name, f"laneChangeModel.{key}", value)
         expected.append({name: libsumo.vehicle.getPosition(name) for name in libsumo.vehicle.getIDList()})
     libsumo.close()
     assert max(map(len, expected)) > 8
@@ -175,6 +130,35 @@ def test_a_path_that_does_not_lead_on_goes_over_to_the_lane_that_does(scenario, 
         order = list(dict.fromkeys(names[path] for path in paths))
         assert order[:2] == ["A0B0_0", "A0B0_1"]
         assert frame.on_road == 0
+
+
+def test_who_stands_does_not_slide_across_the_road(scenario, lane_index):
+    """The car goes over to the left lane, to turn left at B0, when it has to brake: it stands between the lanes."""
+    config = scenario(CAR + LONG + '<vehicle id="v" type="car" depart="0" departLane="0" route="left"/>')
+    with Driven(config, lane_index) as driven:
+        across = []
+        for frame in driven.frames(100.0):
+            driven.steer("v", brake_mps2=8.0 if 10 <= frame.step < 130 else 0.0)
+            if frame.step < 160:
+                across.append(driven.place["v"][1])
+        right, left = middle_y("A0B0_0"), middle_y("A0B0_1")
+        assert np.ptp(across[60:130]) < 1e-9
+        assert right + 0.5 < across[60] < left - 0.5
+        assert across[159] == pytest.approx(left, abs=0.001)
+        assert frame.on_road == 0
+
+
+def test_sumos_own_vehicles_do_not_slide_either(scenario, lane_index):
+    config = scenario(CAR + LONG + '<vehicle id="v" type="car" depart="0" departLane="0" route="long"/>')
+    with Driven(config, lane_index) as driven:
+        bounds = []
+        for frame in driven.frames(4.0):
+            if 5 <= frame.step < 20:
+                driven.steer("v")
+            elif frame.step == 20:
+                driven.session.command(steer([driven.row["v"]], order=CommandKind.RELEASE))
+            bounds.append(float(libsumo.vehicle.getParameter("v", "laneChangeModel.lcMaxSpeedLatStanding")))
+        assert bounds == 5 * [0.0] + 15 * [1.0] + 20 * [0.0]
 
 
 def test_a_released_vehicle_is_sumos_again(scenario, lane_index):
