@@ -1,5 +1,6 @@
 """A package of somebody else adds one part of each kind, is built and installed, and runs."""
 
+import csv
 import json
 import os
 import subprocess
@@ -9,9 +10,23 @@ from pathlib import Path
 
 import pytest
 
-from gpsec.testing import check_attack, check_detector, check_profile, check_response
+from gpsec.testing import (
+    check_attack,
+    check_detector,
+    check_dynamics,
+    check_profile,
+    check_reaction,
+    check_response,
+)
 
-NAMES = {"attacks": "sway", "detectors": "energy", "responses": "coast", "profiles": "taxi"}
+NAMES = {
+    "attacks": "sway",
+    "detectors": "energy",
+    "responses": "coast",
+    "profiles": "taxi",
+    "reactions": "linger",
+    "dynamics": "glide",
+}
 SCENARIO = """
 sumocfg = "{config}"
 duration_s = 40.0
@@ -80,23 +95,41 @@ def test_all_of_them_run_together(gpsec, repository, tmp_path):
     assert "running" not in again.stderr
 
 
+def test_its_reaction_and_its_dynamics_drive_in_closed_loop(gpsec, repository, tmp_path):
+    (tmp_path / "s").mkdir()
+    config = repository / "scenarios" / "slow_curve" / "slow_curve.sumocfg"
+    (tmp_path / "s" / "gpsec.toml").write_text(SCENARIO.format(config=config))
+    out = tmp_path / "run"
+    asked = '[{plan="sway",defence="energy+coast",on_alarm="linger"}]'
+    sets = ("--set", f"closed_loop.worlds={asked}", "--set", "closed_loop.dynamics=glide", "--seeds", "3")
+    ran = gpsec("run", str(tmp_path / "s"), "--closed-loop", *sets, "--duration", "25", "--out", str(out))
+    assert ran.returncode == 0, ran.stderr
+    with (out / "worlds.csv").open(encoding="utf-8") as file:
+        benign, attacked = csv.DictReader(file)
+    assert (benign["on_alarm"], attacked["on_alarm"]) == ("linger", "linger")
+    assert int(attacked["handovers"]) > 0  # to the lane, without braking: after the alarm
+    assert float(attacked["mean_speed_mps"]) < float(benign["mean_speed_mps"])
+
+
 FINGERPRINT = """
 from gpsec.pipeline.fingerprint import fingerprint
 from gpsec.scenario import load_scenario
 from gpsec.scenario.overrides import parse_set
 
-print(fingerprint(load_scenario("slow_curve", [parse_set('plans=[{attack="sway"}]')])))
+sets = ['plans=[{attack="sway"}]', 'closed_loop.worlds=[{on_alarm="linger"}]']
+print(fingerprint(load_scenario("slow_curve", [parse_set(text) for text in sets])))
 """
 
 
-def test_an_edit_of_the_package_is_another_run(site, repository):
+@pytest.mark.parametrize("part", ["sway", "linger"])
+def test_an_edit_of_the_package_is_another_run(site, repository, part):
     def told() -> str:
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(site), str(repository)])}
         command = [sys.executable, "-c", FINGERPRINT]
         return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
 
     before = told()
-    file = site / "gpsec_example" / "sway.py"
+    file = site / "gpsec_example" / f"{part}.py"
     text = file.read_text()
     file.write_text(text + "\n# edited\n")
     try:
@@ -110,6 +143,8 @@ def test_its_parts_keep_the_contracts(site, monkeypatch):
     monkeypatch.syspath_prepend(str(site))
     from gpsec_example.coast import Coast
     from gpsec_example.energy import Energy
+    from gpsec_example.glide import Glide
+    from gpsec_example.linger import Linger
     from gpsec_example.sway import Sway
     from gpsec_example.taxi import TAXI
 
@@ -117,3 +152,5 @@ def test_its_parts_keep_the_contracts(site, monkeypatch):
     check_detector(lambda profiles: Energy(), threshold=Energy.fixed_threshold)
     check_response(Coast)
     check_profile(TAXI)
+    check_reaction(Linger)
+    check_dynamics(Glide)

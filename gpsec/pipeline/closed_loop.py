@@ -70,6 +70,7 @@ class ClosedLoop:
             build_part(DYNAMICS, section.dynamics, section.dynamics_parameters),
             build_part(REACTIONS, reaction, section.reaction_parameters),
             everybody=section.steer == "all",
+            delay_s=section.delay_s,
         )
         self._encounters = Encounters(EncounterRules(step_s, section.oncoming_reaction_s, section.wreck_s))
         self._happened = TrueOutcomes(step_s, 0.0)

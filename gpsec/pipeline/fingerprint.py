@@ -16,6 +16,7 @@ from gpsec.core.sources import ABOVE
 from gpsec.detection.registry import DETECTORS
 from gpsec.localization.registry import RESPONSES
 from gpsec.scenario import Scenario, parts
+from gpsec.scenario.closed_loop import reactions_of
 from gpsec.scenario.traffic import sumo_options
 from gpsec.sensors.registry import PROFILES
 from gpsec.sensors.shipped_tapes import load_tape
@@ -93,7 +94,7 @@ def _outside(scenario: Scenario) -> Iterator[str]:
         (DETECTORS, [*scenario.detection.detectors, *(defence.detector for defence in scenario.defences)]),
         (RESPONSES, [defence.response for defence in scenario.defences]),
         (PROFILES, scenario.fleet.profile),
-        (REACTIONS, [scenario.closed_loop.on_alarm]),
+        (REACTIONS, reactions_of(scenario.closed_loop)),
         (DYNAMICS, [scenario.closed_loop.dynamics]),
     )
     for registry, names in used:

@@ -10,6 +10,8 @@ from gpsec.scenario import choices
 from gpsec.scenario.base import Section, Unset
 from gpsec.types.constants import UNDEFENDED
 
+# Who steers still later leaves the road by the delay alone.
+MOST_DELAY_S = 2.0
 # Plan of a world without an attack, and the reaction that changes nothing.
 BENIGN, DRIVE_ON = "none", "continue"
 
@@ -47,6 +49,7 @@ class ClosedLoopSection(Section):
         reaction_parameters: keys of that reaction that change.
         dynamics: how a vehicle moves across the road (`gpsec list dynamics`).
         dynamics_parameters: keys of these that change.
+        delay_s: from an estimate to the steering that goes by it, beyond the 0.1 s that every command takes.
         oncoming_reaction_s: seconds until a driver brakes for who comes at them; 1.5 s is usual where one is surprised
             (Green, 2000, doi 10.1207/STHF0203_1).
         oncoming_decel_mps2: of that braking.
@@ -62,6 +65,7 @@ class ClosedLoopSection(Section):
     reaction_parameters: Mapping[str, float] = Field({})
     dynamics: str = "second_order"
     dynamics_parameters: Mapping[str, float] = Field({})
+    delay_s: float = Field(0.0, ge=0.0, le=MOST_DELAY_S)
     oncoming_reaction_s: float = Field(1.5, ge=0.0, le=60.0)
     oncoming_decel_mps2: float = Field(6.0, gt=0.0, le=9.0)
     wreck_s: float = Field(600.0, ge=0.0, le=86_400.0)
@@ -85,3 +89,9 @@ class ClosedLoopSection(Section):
         except GpsecError as error:
             raise ValueError(str(error)) from None
         return self
+
+
+def reactions_of(section: ClosedLoopSection) -> list[str]:
+    """Return the names of the reactions that the section and its worlds have."""
+    worlds = [*section.worlds, *([] if section.world is None else [section.world])]
+    return list(dict.fromkeys([section.on_alarm, *(world.on_alarm for world in worlds if world.on_alarm)]))

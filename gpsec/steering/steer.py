@@ -36,6 +36,12 @@ class Steered(NamedTuple):
     calm_step: Ints = blank(-1)
 
 
+class Late(NamedTuple):
+    """What the steering has not come to yet; N vehicle rows: wanted_m (N, steps), by the step modulo their number."""
+
+    wanted_m: Floats = blank(0.0, "steps")
+
+
 @dataclass(frozen=True)
 class Drivers:
     """What steering is told of the fleet in a step; m vehicles.
@@ -88,11 +94,15 @@ class Steering:
             attack and those that react.
     """
 
-    def __init__(self, step_s: float, dynamics: LateralDynamics, reaction: Reaction, *, everybody: bool) -> None:
+    def __init__(
+        self, step_s: float, dynamics: LateralDynamics, reaction: Reaction, *, everybody: bool, delay_s: float = 0.0
+    ) -> None:
+        """Take the parts of a world; `delay_s` is from an estimate to the steering that goes by it."""
         self.everybody = everybody
         self._step_s = step_s
         self._dynamics, self._reaction = dynamics, reaction
         self._steered = Table(Steered)
+        self._late = Table(Late, steps=1 + round(delay_s / step_s))
         self._moving, self._reacting = dynamics.new_state(1), reaction.new_state(1)
 
     @property
@@ -104,9 +114,9 @@ class Steering:
         """Begin anew in `rows`."""
         capacity = self._steered.capacity
         if int(rows.max(initial=0)) >= capacity:
-            for grown in (self._steered, self._moving, self._reacting):
+            for grown in (self._steered, self._late, self._moving, self._reacting):
                 grown.grow(2 * (int(rows.max()) + 1))
-        for table in (self._steered, self._moving, self._reacting):
+        for table in (self._steered, self._late, self._moving, self._reacting):
             table.reset(rows)
 
     def update(self, step: int, people: Drivers) -> Wishes:
@@ -117,7 +127,7 @@ class Steering:
         self._take_and_keep(step, people, conduct)
         released = self._release(people)
         on = steered.driven[rows]
-        self._move(people, on & ~people.wrecked)
+        self._move(step, people, on & ~people.wrecked)
         driven = rows[on]
         return Wishes(driven, steered.offset_m[driven], steered.brake_mps2[driven], released)
 
@@ -128,6 +138,7 @@ class Steering:
         wanted = people.attacked | reacts | (people.settled & self.everybody)
         new = rows[wanted & ~steered.driven[rows] & ~people.wrecked]
         self._moving.reset(new)
+        self._late.reset(new)
         steered.driven[new] = True
         steered.offset_m[new] = steered.rate_mps[new] = 0.0
         steered.calm_step[rows[wanted]] = -1
@@ -147,11 +158,14 @@ class Steering:
         steered.offset_m[released] = steered.rate_mps[released] = 0.0
         return released
 
-    def _move(self, people: Drivers, on: Flags) -> None:
+    def _move(self, step: int, people: Drivers, on: Flags) -> None:
         rows, steered = people.rows[on], self.now
         follow = steered.follow[rows]
         wanted = np.where(follow == Follow.ESTIMATE, -people.error_m[on], 0.0)
         wanted = np.where(follow == Follow.EDGE, people.edge_m[on], wanted)
+        late = self._late.now.wanted_m
+        late[rows, step % late.shape[1]] = wanted
+        wanted = late[rows, (step + 1) % late.shape[1]]
         motion = LateralMotion(
             rows, self._step_s, steered.offset_m[rows], steered.rate_mps[rows], wanted, people.speed_mps[on]
         )

@@ -99,3 +99,19 @@ def test_a_row_that_is_entered_begins_anew():
     one.enter(np.array([4], np.int32))
     assert not one.now.driven[4]
     assert one.now.driven[1]
+
+
+def test_a_delay_moves_everything_that_much_later():
+    """Half a second: the same way from step 15 as it is from step 10 without, while the vehicle is steered."""
+    wishes = [
+        drive(
+            Steering(0.1, SecondOrder(), DriveOn(), everybody=True, delay_s=delay_s),
+            80,
+            error_m=lambda k: [2.0 if k >= 10 else 0.0, 0.0],
+        )
+        for delay_s in (0.0, 0.5)
+    ]
+    at_once, later = (np.array([wish.offset_m for wish in made]) for made in wishes)
+    assert at_once[10, 0] < 0.0
+    np.testing.assert_array_equal(later[5:], at_once[:-5])
+    assert not later[:15].any()
