@@ -12,10 +12,13 @@ from gpsec.core.errors import GpsecError, shown
 from gpsec.outcomes.lanes import JUDGED_PLACES, PHASES
 from gpsec.outcomes.places import ATTACK_BEGAN, DETECTED, LEFT_LANE
 from gpsec.outcomes.state import AVERAGE_MAX, LARGEST, OUTCOMES
+from gpsec.outcomes.street_names import PLACE
 from gpsec.outcomes.tables import POOLED_PREFIX, read_table
 
 _GROUP = ("scenario", "profile", "attack")
 _OWNER = ("scenario", "seed", "vehicle_id", "vehicle_type", *_GROUP[1:], "defence", "detector", "response")
+_WHEN = ("start_", "detection_", "departure_")
+_REACHED = tuple(f"reached_{outcome}" for outcome in OUTCOMES)
 _TWIN = ("twin_rmse_xy_m", "twin_rmse_cross_track_m")
 _RMSE = ("rmse_x_m", "rmse_y_m", "rmse_xy_m", "rmse_cross_track_m", "rmse_along_track_m")
 
@@ -52,6 +55,8 @@ COLUMNS = {
         *("deviation_at_detection_m", "true_positives", "false_positives", "false_negatives", "true_negatives"),
         *("isolated_share", "time_to_retrust_s", *_RMSE, "max_cross_track_m", *LARGEST),
         *("outcome", "time_to_outcome_s", "time_to_line_s", "twin_outcome", "twin_rmse_xy_m"),
+        *(*_REACHED, *(f"time_to_{outcome}_s" for outcome in OUTCOMES[1:])),
+        *(f"{when}{column}" for when in _WHEN for column in PLACE),
     ),
     "vehicles": (
         *_OWNER,
@@ -63,19 +68,46 @@ COLUMNS = {
         *(*_GROUP, "defence", "time_s", "n_vehicles"),
         *(f"{way}_track_{part}_m" for way in ("cross", "along") for part in ("p05", "median", "p95")),
     ),
-    "places": (*_OWNER[:3], *_GROUP[1:], "what", "by", "time_s", "x_m", "y_m", "lon_deg", "lat_deg"),
+    "places": (*_OWNER[:4], *_GROUP[1:], "what", "by", "time_s", "x_m", "y_m", "lon_deg", "lat_deg", *PLACE),
+    "streets": (
+        *(*_GROUP, "edge", "defence", "entries", "vehicle_seconds", "detections", "departures"),
+        *(*_bounded("departures_per_vehicle_hour"), "isolated_seconds"),
+    ),
     "association": (
         *(*_GROUP, "phase", "association", "steps", "unknown_share", "unmatched_share"),
         *(f"{place}_{what}" for place in JUDGED_PLACES for what in ("steps", "right_share")),
         *("lane_changes", "right_within_100_ms_share", "right_within_500_ms_share"),
     ),
 }
-TEXTS = {*_OWNER, "rate", "threshold_from", "note", "outcome", "twin_outcome", "what", "by", "phase", "association"} - {
-    "seed"
-}
-FLAGS = {"cut_short", "in_alarm_at_start", "detected", "detected_not_twin"}
+_STREETS = {f"{when}{column}" for when in ("", *_WHEN) for column in ("edge", "lane")}
+TEXTS = {
+    *_OWNER,
+    *_STREETS,
+    "rate",
+    "threshold_from",
+    "note",
+    "outcome",
+    "twin_outcome",
+    "what",
+    "by",
+    "phase",
+    "association",
+} - {"seed"}
+FLAGS = {"cut_short", "in_alarm_at_start", "detected", "detected_not_twin", *_REACHED}
+# Those that are empty where there was no such place.
+_OPTIONAL_FLAGS = {f"{when}in_junction" for when in ("", *_WHEN)}
 COUNTS = {
-    *("seed", "n_events", "n_vehicles", "n_line_events", "alarms", "false_alarms"),
+    *(
+        "seed",
+        "n_events",
+        "n_vehicles",
+        "n_line_events",
+        "alarms",
+        "false_alarms",
+        "entries",
+        "detections",
+        "departures",
+    ),
     *("steps", "lane_changes", *(f"{place}_steps" for place in JUDGED_PLACES)),
     *("true_positives", "false_positives", "false_negatives", "true_negatives"),
 }
@@ -88,7 +120,7 @@ _KNOWN = {
     "phase": {*PHASES},
 }
 # What may be empty of the texts. Numbers may be empty but for these.
-_OPTIONAL = {"by", "rate", "note"}
+_OPTIONAL = {"by", "rate", "note", *_STREETS}
 _REQUIRED = {"start_s", "end_s", "depart_s", "time_s", "lon_deg", "lat_deg", "vehicle_hours", "vehicle_seconds"}
 
 
@@ -142,6 +174,11 @@ def _checked(path: Path, column: str, values: "pd.Series[Any]") -> "pd.Series[An
         if known is not None and not values.isin(known).all():
             raise _error(path, column, f"one of {', '.join(sorted(known))}", ~values.isin(known).to_numpy(), values)
         return values
+    if column in _OPTIONAL_FLAGS:
+        wrong = ~(values.isin([True, False]) | empty).to_numpy()
+        if wrong.any():
+            raise _error(path, column, "True, False or nothing", wrong, values)
+        return values.astype("boolean")
     if column in FLAGS:
         wrong = ~values.isin([True, False]).to_numpy() if values.dtype != np.bool_ else np.zeros(len(values), np.bool_)
         if wrong.any():

@@ -9,7 +9,7 @@ import numpy as np
 from gpsec.core.errors import GpsecError
 
 # Geometry of each kind of feature, and the fewest points of its lines.
-_GEOMETRIES = {"lane": ("LineString", 2), "zone": ("Polygon", 3)}
+_GEOMETRIES = {"lane": ("LineString", 2), "zone": ("Polygon", 3), "multipath": ("Polygon", 3)}
 
 
 def read_features(path: Path) -> list[dict[str, Any]]:

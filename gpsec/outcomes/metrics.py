@@ -89,6 +89,15 @@ def wilson_interval(successes: Numbers, trials: Numbers, confidence: float) -> t
     return Figures(low, known), Figures(high, known)
 
 
+def poisson_interval(count: Numbers, exposure: Numbers, confidence: float) -> tuple[Figures, Figures]:
+    """Return the exact bounds of the rate of a Poisson count (Garwood, Biometrika 1936); undefined without exposure."""
+    from scipy.stats import chi2
+
+    tail, twice = 0.5 * (1.0 - confidence), 2.0 * np.asarray(count, np.float64)
+    low = np.where(twice > 0.0, 0.5 * chi2.ppf(tail, np.maximum(twice, 1.0)), 0.0)
+    return ratio(low, exposure), ratio(0.5 * chi2.ppf(1.0 - tail, twice + 2.0), exposure)
+
+
 def poisson_bound_of_none(exposure: Numbers, confidence: float) -> Figures:
     """Return the upper bound of a rate of which `exposure` has seen no event: exact, for a Poisson count of 0.
 

@@ -17,6 +17,8 @@ from gpsec.outcomes.events import ClosedTracks
 from gpsec.outcomes.histograms import BINS, count
 from gpsec.outcomes.lanes import Judge, judge_lanes, no_counts
 from gpsec.outcomes.state import OutcomeState
+from gpsec.outcomes.street_names import Streets
+from gpsec.outcomes.streets import Exposure, count_streets
 from gpsec.outcomes.study import Study
 from gpsec.outcomes.tables import Findings, write_tables
 from gpsec.outcomes.view import StepView
@@ -38,10 +40,11 @@ class Outcomes:
         rises: (profiles, K, BINS) from which the alarms of benign vehicles at any threshold follow.
         bands: (P, profiles, D, 2, …) counts of errors by the second of the attack, see `outcomes.bands`.
         lanes: (P, profiles, 3, …) counts of steps on the right lane and not, see `outcomes.lanes`.
+        streets: names of the lanes; exposure: what was driven on them.
 
     """
 
-    def __init__(self, study: Study, roads: Roads) -> None:
+    def __init__(self, study: Study, roads: Roads, lane_ids: Sequence[str]) -> None:
         plans, profiles, detectors = len(study.plans), len(study.profiles), len(study.detectors)
         self.study = study
         self.table = Table(OutcomeState, detectors=detectors, defences=len(study.defences))
@@ -52,6 +55,8 @@ class Outcomes:
         self._hold_steps = int(HOLD_S / study.step_s + 1e-9)
         self.lanes = no_counts(plans, profiles)
         self._judge = Judge.on(roads, study.step_s)
+        self.streets = Streets.on(lane_ids, roads.sides)
+        self.exposure = Exposure.none(study, len(self.streets.edge_id))
         self._origin_s = 0.0
         self._closed: list[ClosedTracks] = []
         self._just_closed: list[ClosedTracks] = []
@@ -76,6 +81,7 @@ class Outcomes:
         threads.run(add_step, rows, view.step, tracks, vehicles, view.answers, sums, sides, detector)
         unscored = view.answers.unscored_steps
         count(rows, tracks, vehicles, sums, unscored, self._hold_steps, self.histogram, self.rises)
+        count_streets(rows, self.streets.edge, tracks, vehicles, view.answers, sums, self.exposure)
         judge_lanes(rows, self._judge, tracks, vehicles, view.seen, sums, self.lanes)
         add_bands(rows, view.step, self._stride, tracks, vehicles, view.answers.estimate_m, self.bands)
 
@@ -111,6 +117,6 @@ class Outcomes:
 
         `projector` is that of the net; without one, the net counts as one without a projection.
         """
-        found = self.histogram, self.rises, self.bands, self.lanes
+        found = self.histogram, self.rises, self.bands, self.lanes, self.streets, self.exposure
         findings = Findings(self.study, self.tracks(), *found, self._origin_s)
         write_tables(folder, scenario, findings, Bootstrap(seed, replicates, confidence), projector or Projector("!"))

@@ -20,6 +20,7 @@ from gpsec.outcomes.state import (
     LARGEST,
     LIFE,
     LINE_TOUCHED,
+    OUT_OF_LANE,
     OUTCOMES,
     TN,
     TP,
@@ -27,6 +28,7 @@ from gpsec.outcomes.state import (
     Y,
     worst,
 )
+from gpsec.outcomes.street_names import Streets
 from gpsec.outcomes.study import Study
 
 # Columns of scored samples, by what they are.
@@ -54,7 +56,9 @@ def error_columns(squared_m2: Floats, samples: Numbers) -> dict[str, Figures]:
     }
 
 
-def events_table(study: Study, tracks: ClosedTracks, scenario: str, seed: int, origin_s: float) -> pd.DataFrame:
+def events_table(
+    study: Study, tracks: ClosedTracks, streets: Streets, scenario: str, seed: int, origin_s: float
+) -> pd.DataFrame:
     """Return one row for every attacked vehicle, plan and defence."""
     events = tracks.events()
     state = events.state
@@ -99,6 +103,17 @@ def events_table(study: Study, tracks: ClosedTracks, scenario: str, seed: int, o
         "twin_outcome": _outcome_names(worst(state.twin_first_step)[0]),
         "twin_rmse_xy_m": cells(of_twin["rmse_xy_m"]),
     }
+    first = state.first_step
+    table |= {f"reached_{name}": first[..., place] >= 0 for place, name in enumerate(OUTCOMES)}
+    table |= {
+        f"time_to_{name}_s": only((first[..., place] - start) * step_s, first[..., place] >= 0)
+        for place, name in enumerate(OUTCOMES)
+        if place != LINE_TOUCHED
+    }
+    left = np.where(first[..., OUT_OF_LANE] >= 0, state.departed_lane, -1)
+    table |= streets.columns("start_", *(_spread(values, study) for values in (state.start_lane, state.start_mps)))
+    table |= streets.columns("detection_", np.where(detected, state.detected_lane[:, k], -1), state.detected_mps[:, k])
+    table |= streets.columns("departure_", left, state.departed_mps)
     return _frame(table)
 
 

@@ -52,9 +52,10 @@ class OutcomeState(NamedTuple):
         deviation_m: (M, D) absolute cross-track error in the step of detection by the defence's detector.
         isolated_steps: (M, D, 2) number of steps in which GNSS was not used, of the settled life and under attack.
         retrust_step: (M, D) first step after the attack in which GNSS is used, -1 before.
-        start_m: (M, 2) where the attack began.
-        detected_m: (M, K, 2) where the vehicle was in `detection_step`.
-        left_lane_m: (M, D, 2) where it was in the first step out of its lane.
+        start_m, start_lane, start_mps: (M, 2), (M,), (M,) where the attack began, on which lane, at which speed.
+        detected_m, detected_lane, detected_mps: (M, K, …) the same in `detection_step`.
+        left_lane_m, departed_lane, departed_mps: (M, D, …) the same in the first step out of the lane.
+        last_edge: (M,) edge in the last step that was counted, else -1.
         twin: (M,) row of the same vehicle without an attack.
         twin_in_alarm: (M, K) whether that was in alarm in some step in which this one was attacked.
         twin_first_step: (M, D, 4) as `first_step`, of the twin in the same steps.
@@ -86,8 +87,15 @@ class OutcomeState(NamedTuple):
     isolated_steps: Ints = blank(0, "defences", 2)
     retrust_step: Ints = blank(-1, "defences")
     start_m: Floats = blank(0.0, 2)
+    start_lane: Ints = blank(-1)
+    start_mps: Floats = blank(0.0)
     detected_m: Floats = blank(0.0, "detectors", 2)
+    detected_lane: Ints = blank(-1, "detectors")
+    detected_mps: Floats = blank(0.0, "detectors")
     left_lane_m: Floats = blank(0.0, "defences", 2)
+    departed_lane: Ints = blank(-1, "defences")
+    departed_mps: Floats = blank(0.0, "defences")
+    last_edge: Ints = blank(-1)
     twin: Ints = blank(-1)
     twin_in_alarm: Flags = blank(False, "detectors")
     twin_first_step: Ints = blank(-1, "defences", 4)

@@ -17,11 +17,16 @@ from gpsec.outcomes.bootstrap import Bootstrap
 from gpsec.outcomes.curves import curves_table
 from gpsec.outcomes.events import ClosedTracks
 from gpsec.outcomes.lanes import association_table
-from gpsec.outcomes.places import places_table
+from gpsec.outcomes.places_table import When, places_table
 from gpsec.outcomes.records import events_table, vehicles_table
+from gpsec.outcomes.street_names import Streets
+from gpsec.outcomes.streets import Exposure, streets_table
 from gpsec.outcomes.study import Study
 
-TABLES = ("detection", "localization", "safety", "events", "vehicles", "curves", "error_bands", "places", "association")
+TABLES = (
+    *("detection", "localization", "safety", "events", "vehicles", "curves", "error_bands", "places", "streets"),
+    "association",
+)
 # Those that grow with the number of vehicles.
 LARGE_TABLES = ("events", "vehicles", "places")
 # Of a log: figures of its sensors' errors, and the tape of those of its receiver.
@@ -59,6 +64,8 @@ class Findings:
         rises: (profiles, K, BINS), see `histograms.count`.
         bands: (P, profiles, D, 2, …) counts of errors by the second of the attack.
         lanes: (P, profiles, 3, …) counts of steps on the right lane and not.
+        streets: names of the lanes.
+        exposure: what was driven on each edge.
         origin_s: simulated time of step 0.
 
     """
@@ -69,6 +76,8 @@ class Findings:
     rises: Longs
     bands: Ints
     lanes: Longs
+    streets: Streets
+    exposure: Exposure
     origin_s: float
 
 
@@ -82,11 +91,12 @@ def write_tables(folder: Path, scenario: str, found: Findings, bootstrap: Bootst
         "detection": detection_table(study, tracks, StatisticCounts(histogram, found.rises), scenario, bootstrap),
         "localization": localization_table(study, tracks, scenario, bootstrap),
         "safety": safety_table(study, tracks, scenario, bootstrap),
-        "events": events_table(study, tracks, scenario, bootstrap.seed, origin_s),
+        "events": events_table(study, tracks, found.streets, scenario, bootstrap.seed, origin_s),
         "vehicles": vehicles_table(study, tracks, scenario, bootstrap.seed),
         "curves": curves_table(study, tracks, histogram, scenario),
         "error_bands": bands_table(study, found.bands, scenario),
-        "places": places_table(study, tracks, scenario, bootstrap.seed, origin_s, projector),
+        "places": places_table(study, tracks, scenario, When(bootstrap.seed, origin_s), projector, found.streets),
+        "streets": streets_table(study, tracks, found.streets, found.exposure, scenario),
         "association": association_table(study, found.lanes, scenario),
     }
     for name, table in tables.items():
@@ -110,4 +120,7 @@ def read_table(folder: Path, name: str) -> pd.DataFrame:
     """Return one of `TABLES` from `folder`; names are texts, and only empty cells are missing."""
     texts = ["scenario", "vehicle_id", "vehicle_type", "profile", "attack", "defence", "detector", "response"]
     texts += ["by", "rate", "threshold_from", "note", "phase", "association"]
+    texts += [
+        f"{prefix}{column}" for prefix in ("", "start_", "detection_", "departure_") for column in ("edge", "lane")
+    ]
     return pd.read_csv(folder / f"{name}.csv", dtype=dict.fromkeys(texts, str), keep_default_na=False, na_values=[""])

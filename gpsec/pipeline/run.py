@@ -203,7 +203,7 @@ class _Run:
             session.step_s,
             scenario.fleet.association,
         )
-        self.outcomes = Outcomes(study, ground.hd_map.roads(np.zeros(1, np.int32)))
+        self.outcomes = Outcomes(study, ground.hd_map.roads(np.zeros(1, np.int32)), ground.hd_map.lane_ids)
         self.onlooker = onlooker
         if onlooker is not None:
             onlooker.begin(self.outcomes.study)

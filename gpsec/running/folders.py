@@ -9,7 +9,7 @@ from gpsec.types.constants import MANIFEST, REPORT
 
 _TABLES = (
     *("detection", "localization", "safety", "events", "vehicles", "curves", "error_bands", "places"),
-    "association",
+    *("streets", "association"),
     # Of the closed loop, and of a log.
     *("worlds", "collisions", "effects"),
     "errors",

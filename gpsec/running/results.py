@@ -43,6 +43,8 @@ _CATEGORIES = (
     "outcome",
     "what",
     "by",
+    "edge",
+    "lane",
 )
 
 
@@ -121,6 +123,11 @@ class Results:
     def places(self) -> pd.DataFrame:
         """Where attacks began, were seen, and vehicles left their lane."""
         return self.tables["places"]
+
+    @property
+    def streets(self) -> pd.DataFrame:
+        """Edge × attack × defence: exposure, and what happened there."""
+        return self.tables["streets"]
 
     def over_seeds(self) -> "Results | None":
         """Return the results over all seeds of each scenario that was run with several, None where there is none.

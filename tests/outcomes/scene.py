@@ -38,7 +38,7 @@ def lane_sides(
 class Scene:
     """M vehicles on one lane towards east, each with a track (row = vehicle row) under plan 0."""
 
-    def __init__(self, capacity=4, sides=None, step_s=0.1, **names):
+    def __init__(self, capacity=4, sides=None, step_s=0.1, lane_ids=("e_0",), **names):
         names = {
             "plan_names": PLANS,
             "detector_names": DETECTORS,
@@ -58,7 +58,7 @@ class Scene:
             step_s,
         )
         roads = straight_road().roads(np.zeros(1, np.int32))
-        self.outcomes = Outcomes(study, roads._replace(sides=sides or lane_sides()))
+        self.outcomes = Outcomes(study, roads._replace(sides=sides or lane_sides()), lane_ids)
         self.outcomes.table.grow(capacity)
         self.step_s = step_s
         self._tracks = Table(Tracks, capacity)
