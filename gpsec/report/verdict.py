@@ -8,6 +8,7 @@ import pandas as pd
 from gpsec.outcomes.brief import extent
 from gpsec.outcomes.paired import named_together
 from gpsec.outcomes.ranking import Ranking, of_group
+from gpsec.report.concentration import gatherings
 from gpsec.report.figure_data import group_name
 from gpsec.report.figures import defences_of
 from gpsec.report.formatting import EMPTY, Record, figure, interval
@@ -97,7 +98,11 @@ def verdicts(run: Results, ranked: Sequence[Ranking]) -> list[Verdict]:
         found.append(
             Verdict(
                 group_name(ranking.scenario, ranking.profile),
-                [*_sentences(ranking), *_apart(ranking, rows, defences)],
+                [
+                    *(one.sentence() for one in gatherings(run, ranking)),
+                    *_sentences(ranking),
+                    *_apart(ranking, rows, defences),
+                ],
                 _overview(ranking),
                 defences if rows else [],
                 ranking.best,
