@@ -6,8 +6,10 @@ import pytest
 
 from gpsec.detection.logs import Grid, ResidualLog
 from gpsec.sensors.registry import PROFILES
+from gpsec.sensors.tapes import Tapes
 from gpsec.traffic.recording import Recording
 from gpsec.training.collect import record_scenario, recorded_traffic, residual_log
+from gpsec.types.tapes import Tape
 
 # Three lanes, straight; some 250 vehicles that overtake each other.
 NODES = 'id="a" x="0" y="0"\nid="b" x="1500" y="400"'
@@ -37,6 +39,14 @@ def recordings(net, tmp_path_factory) -> list[Path]:
     for file in files:
         record_scenario(config, 5, file)
     return files
+
+
+def camera_tape(rate_hz: float = 10.0) -> Tape:
+    """C0 is off by 0.1 m, to either side in turn, and the camera states 0.125 m."""
+    errors = np.zeros((100, 4))
+    errors[:, 0] = np.resize([0.1, -0.1], 100)
+    none, first = np.zeros(100, np.bool_), np.zeros(1, np.int64)
+    return Tape("camera", rate_hz, errors, none, np.full(100, 0.125), first, np.zeros((1, 4)), "test", {})
 
 
 def log(recordings, net, profile="carla", association="tracked", seed=3) -> ResidualLog:
@@ -100,3 +110,13 @@ def test_vehicles_that_own_the_same_row_are_told_apart(recordings, net):
     assert len(np.unique(recording.departure_row)) < len(recording.departure_row)
     found = log(recordings, net)
     assert len(np.unique(found.vehicle)) == len(recording.departure_row)
+
+
+def test_sensors_play_the_tapes_that_they_are_given(recordings, net):
+    recording = recorded_traffic(recordings[0], net)
+    tape = camera_tape()
+    played = residual_log(recording, net, "road", PROFILES["dsd"], "tracked", 3, tapes=Tapes(camera=tape))
+    plain = residual_log(recording, net, "road", PROFILES["dsd"], "tracked", 3)
+    np.testing.assert_allclose(played.camera_sigma_m[played.valid], 0.125)
+    assert not np.isclose(plain.camera_sigma_m[plain.valid], 0.125).any()
+    assert (played.residual_m[played.valid & plain.valid] != plain.residual_m[played.valid & plain.valid]).mean() > 0.99
