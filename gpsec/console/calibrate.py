@@ -23,7 +23,7 @@ def calibrate(
         list[str] | None, typer.Option("--profile", metavar="P", help="Only this sensor profile; repeatable.")
     ] = None,
     part: options.Part = None,
-    tapes: options.TrainingTapes = None,
+    tapes: options.PlayedTapes = None,
 ) -> None:
     """Calibrate rare false alarms (0.1/h, 0.01/h, 1e-3/h) of trained models on many hours of benign driving.
 

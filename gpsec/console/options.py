@@ -29,7 +29,7 @@ Part = Annotated[
         "--part", metavar="REF", help="Load a part: FILE.py:Name, package.module:Name, or a profile FILE.toml."
     ),
 ]
-TrainingTapes = Annotated[
+PlayedTapes = Annotated[
     list[str] | None,
     typer.Option("--tape", metavar="NAME", help="Errors that sensors play: a tape of gpsec, or FILE.npz; repeatable."),
 ]

@@ -33,7 +33,7 @@ def train(
         list[str] | None, typer.Option("--profile", metavar="P", help="Only this sensor profile; repeatable.")
     ] = None,
     part: options.Part = None,
-    tapes: options.TrainingTapes = None,
+    tapes: options.PlayedTapes = None,
 ) -> None:
     """Train the learned detectors on benign runs and calibrate every threshold.
 
