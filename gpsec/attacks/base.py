@@ -8,6 +8,7 @@ from typing import Any, ClassVar, Literal, NamedTuple
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
+from gpsec.attacks.probing import Knowledge, Probe, asks_nobody
 from gpsec.core import noise
 from gpsec.core.arrays import Flags, Floats, Ints, Keys
 from gpsec.core.kernels import allocating_kernel
@@ -19,7 +20,7 @@ class Victims:
     """The tracks of one plan whose attack is active in this step; m of them.
 
     The attacker is taken to know where the road lies (its map), where that has no markings for a camera, and what an
-    undefended victim believes; it knows nothing of detectors.
+    undefended victim believes; it knows nothing of detectors, unless the attack states a `Knowledge`.
 
     Attributes:
         rows: (m,) track rows, for the attack's own state.
@@ -34,6 +35,8 @@ class Victims:
         deviation_m: (m,) cross-track error of the undefended estimate after the last step, left positive.
         past_fix: past_fix(delay_s) gives the latest honest fixes (m, 2) that are at least that old, and (m,) whether
             the vehicle has had one so early.
+        probe: probe(moved_m) says what detectors would find in this step, were the honest fixes moved by (m, C, 2)
+            metres; for attacks that state a `Knowledge`.
     """
 
     rows: Ints
@@ -50,6 +53,7 @@ class Victims:
     blind: Flags
     deviation_m: Floats
     past_fix: Callable[[float], tuple[Floats, Flags]]
+    probe: Probe = asks_nobody
 
 
 @dataclass(frozen=True)
@@ -80,6 +84,10 @@ class Attack(BaseModel):
     def needed_memory_s(self) -> float:
         """Return how far back `Victims.past_fix` must reach."""
         return 0.0
+
+    def known(self) -> Knowledge | None:
+        """Return what the attacker knows of detectors, None for nothing."""
+        return None
 
     def new_state(self, capacity: int) -> Table[Any]:
         """Return the table of the attack's own `state`, with `capacity` track rows."""

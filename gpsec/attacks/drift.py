@@ -17,7 +17,7 @@ class Drift(DirectedAttack):
     """
 
     name: ClassVar[str] = "drift"
-    rate_mps: float = Field(0.2, ge=0.05, le=0.5)
+    rate_mps: float = Field(0.2, ge=0.001, le=0.5)
     cap_m: float = Field(10.0, gt=0.0, le=10_000.0)
 
     def spoof(self, victims: Victims, state: NoState) -> Spoofed:

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 
 from pydantic import ValidationError
 
+from gpsec.attacks.adaptive import Adaptive
 from gpsec.attacks.base import Attack
 from gpsec.attacks.blind_drift import BlindDrift
 from gpsec.attacks.constant_bias import ConstantBias
@@ -27,6 +28,7 @@ _OWN: tuple[type[Attack], ...] = (
     Replay,
     Jamming,
     LaneAlias,
+    Adaptive,
 )
 ATTACKS: Registry[type[Attack]] = Registry(
     "attack", "gpsec.attacks", {attack.name: attack for attack in _OWN}, subclass_named(Attack)

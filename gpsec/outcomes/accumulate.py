@@ -146,12 +146,23 @@ def _add_errors(
             largest[0], largest[1] = max(largest[0], abs(x)), max(largest[1], abs(y))
             largest[2] = max(largest[2], sqrt(x * x + y * y))
             sums.isolated_steps[row, d, ATTACK] += isolated
+            if d == 0:
+                _note_undetected(row, step, abs(cross), sums)
         if sums.detection_step[row, detector[d]] == step:
             sums.deviation_m[row, d] = abs(cross)
         if over and sums.retrust_step[row, d] < 0 and not isolated:
             sums.retrust_step[row, d] = step
         if (planned or scoring) and lane >= 0 and not sides.internal[lane]:
             _note_outcomes(sums.first_step[row, d], step, cross, vehicles.width_m[v], lane, sides)
+
+
+@inline
+def _note_undetected(row: int, step: int, deviation_m: float, sums: OutcomeState) -> None:
+    """Note by how much the undefended estimate is off before each detector's first alarm."""
+    for k in range(sums.undetected_m.shape[1]):
+        if sums.detection_step[row, k] < 0 and deviation_m > sums.undetected_m[row, k]:
+            sums.undetected_m[row, k] = deviation_m
+            sums.undetected_step[row, k] = step
 
 
 @inline

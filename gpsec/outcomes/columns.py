@@ -28,6 +28,8 @@ def _bounded(*names: str) -> tuple[str, ...]:
     return tuple(f"{name}{end}" for name in names for end in ("", "_lo", "_hi"))
 
 
+# Of the undefended vehicle, before any alarm.
+_UNSEEN = tuple(f"{outcome}_unseen" for outcome in OUTCOMES[:2])
 COLUMNS = {
     "detection": (
         *_GROUP,
@@ -52,7 +54,9 @@ COLUMNS = {
         *_OWNER,
         *("start_s", "end_s", "attack_seconds", "cut_short", "in_alarm_at_start", "detected", "detected_not_twin"),
         *("detection_delay_s", "alarm_ends_after_s"),
-        *("deviation_at_detection_m", "true_positives", "false_positives", "false_negatives", "true_negatives"),
+        *("deviation_at_detection_m", "max_undetected_deviation_m", "max_undetected_deviation_s"),
+        *_UNSEEN,
+        *("true_positives", "false_positives", "false_negatives", "true_negatives"),
         *("isolated_share", "time_to_retrust_s", *_RMSE, "max_cross_track_m", *LARGEST),
         *("outcome", "time_to_outcome_s", "time_to_line_s", "twin_outcome", "twin_rmse_xy_m"),
         *(*_REACHED, *(f"time_to_{outcome}_s" for outcome in OUTCOMES[1:])),
@@ -93,7 +97,7 @@ TEXTS = {
     "phase",
     "association",
 } - {"seed"}
-FLAGS = {"cut_short", "in_alarm_at_start", "detected", "detected_not_twin", *_REACHED}
+FLAGS = {"cut_short", "in_alarm_at_start", "detected", "detected_not_twin", *_REACHED, *_UNSEEN}
 # Those that are empty where there was no such place.
 _OPTIONAL_FLAGS = {f"{when}in_junction" for when in ("", *_WHEN)}
 COUNTS = {

@@ -82,6 +82,11 @@ def events_table(
         "detection_delay_s": only((detection - start) * step_s, detected),
         "alarm_ends_after_s": only((state.tail_end_step[:, k] - end[:, None]) * step_s, state.tail_end_step[:, k] >= 0),
         "deviation_at_detection_m": only(state.deviation_m, detected),
+        "max_undetected_deviation_m": only(state.undetected_m[:, k], (attacked > 0)[:, None]),
+        "max_undetected_deviation_s": only(
+            (state.undetected_step[:, k] - start) * step_s, state.undetected_step[:, k] >= 0
+        ),
+        **unseen_columns(state.first_step[:, 0], detection),
         **{name: state.counts[:, k, kind] for name, kind in _SAMPLES.items()},
         "isolated_share": cells(_share(state.isolated_steps[..., ATTACK], attacked)),
         "time_to_retrust_s": only(
@@ -115,6 +120,17 @@ def events_table(
     table |= streets.columns("detection_", np.where(detected, state.detected_lane[:, k], -1), state.detected_mps[:, k])
     table |= streets.columns("departure_", left, state.departed_mps)
     return _frame(table)
+
+
+def unseen_columns(first_step: Ints, detection_step: Ints) -> dict[str, Flags]:
+    """Return whether (T, 4) outcomes of the undefended vehicle came before (T, n) first alarms, if there were any.
+
+    There is a column for each of the first two outcomes.
+    """
+    reached = first_step[:, None, :2]
+    alarm = detection_step[..., None]
+    unseen = (reached >= 0) & ((alarm < 0) | (reached < alarm))
+    return {f"{name}_unseen": unseen[..., place] for place, name in enumerate(OUTCOMES[:2])}
 
 
 def vehicles_table(study: Study, tracks: ClosedTracks, scenario: str, seed: int) -> pd.DataFrame:

@@ -50,6 +50,9 @@ class OutcomeState(NamedTuple):
         largest_m: (M, D, 3) largest error under attack: absolute in x, in y, and of the distance.
         first_step: (M, D, 4) first step of each outcome since the attack began (plan 0: since settling), or -1.
         deviation_m: (M, D) absolute cross-track error in the step of detection by the defence's detector.
+        undetected_m: (M, K) largest absolute cross-track error of the undefended estimate, defence 0, under attack and
+            before `detection_step`.
+        undetected_step: (M, K) step of that error, -1 before there is one.
         isolated_steps: (M, D, 2) number of steps in which GNSS was not used, of the settled life and under attack.
         retrust_step: (M, D) first step after the attack in which GNSS is used, -1 before.
         start_m, start_lane, start_mps: (M, 2), (M,), (M,) where the attack began, on which lane, at which speed.
@@ -84,6 +87,8 @@ class OutcomeState(NamedTuple):
     largest_m: Floats = blank(0.0, "defences", 3)
     first_step: Ints = blank(-1, "defences", 4)
     deviation_m: Floats = blank(0.0, "defences")
+    undetected_m: Floats = blank(0.0, "detectors")
+    undetected_step: Ints = blank(-1, "detectors")
     isolated_steps: Ints = blank(0, "defences", 2)
     retrust_step: Ints = blank(-1, "defences")
     start_m: Floats = blank(0.0, 2)

@@ -1,6 +1,6 @@
 """Builds the parts of a run from a scenario."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,6 +11,7 @@ from gpsec.association.associating import Associating
 from gpsec.attacks.schedule import Plan, build_plans
 from gpsec.attacks.vehicle_plans import plans_from_vehicles
 from gpsec.attacks.zones import plans_from_zones, zone_keys
+from gpsec.core.arrays import Ints
 from gpsec.detection.base import Detection, Detector
 from gpsec.detection.calibration import RATES
 from gpsec.detection.models import build_detectors, gates_for, load_models, thresholds_for
@@ -196,7 +197,11 @@ def make_plans(scenario: Scenario, options: SumoOptions, zones: Sequence[DrawnZo
 
 
 def loop_settings(
-    scenario: Scenario, ground: Ground, step_s: float, shared: SharedErrors | None = None
+    scenario: Scenario,
+    ground: Ground,
+    step_s: float,
+    shared: SharedErrors | None = None,
+    targets: Mapping[str, Ints] | None = None,
 ) -> LoopSettings:
     """Return what the loop needs to know of a scenario whose simulation takes steps of `step_s`."""
     return LoopSettings(
@@ -213,14 +218,17 @@ def loop_settings(
         pixels=ground.pixels,
         move=ground.move,
         forks=scenario.closed_loop.world is None,
+        targets=targets or {},
     )
 
 
-def make_method(scenario: Scenario, ground: Ground, detection: Detection) -> Method:
-    """Return the engine that the scenario asks for."""
+def make_method(scenario: Scenario, ground: Ground, detection: Detection, plans: Sequence[Plan]) -> Method:
+    """Return the engine that the scenario asks for, with what the attackers of its plans need."""
     localization = make_localization(scenario, ground.world, detection.names)
+    known = [plan.attack.known() for plan in plans]
+    copies = any(one is not None and one.own_copy for one in known)
     if scenario.engine == "reference":
         from gpsec.reference.method import ReferenceMethod
 
-        return ReferenceMethod(ground.hd_map, ground.world, ground.association, detection, localization)
-    return BatchedMethod(ground.world, ground.association, detection, localization)
+        return ReferenceMethod(ground.hd_map, ground.world, ground.association, detection, localization, copies=copies)
+    return BatchedMethod(ground.world, ground.association, detection, localization, copies=copies)

@@ -1,16 +1,17 @@
 """The fleet in motion: vehicles come and go, are sensed and spoofed; each vehicle × plan is a track."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gpsec.attacks.base import Victims
 from gpsec.attacks.knowledge import new_history, note_deviation, past_fixes, record_fixes
+from gpsec.attacks.probing import Probe, Probed, Probes, Question, asks_nobody
 from gpsec.attacks.schedule import NEVER, Clock, Plan, Schedule, needed_memory_s
 from gpsec.core import noise
-from gpsec.core.arrays import Flags, Ints
+from gpsec.core.arrays import Flags, Floats, Ints
 from gpsec.core.stopwatch import Stopwatch
 from gpsec.core.tables import Slots, Table
 from gpsec.core.threads import Threads
@@ -63,6 +64,7 @@ class LoopSettings:
         look: changes what cameras see, once the bodies are placed.
         forks: a plan's track is forked from the benign one; otherwise it takes its place, since there is only one plan
             and the attack changes where the vehicle drives.
+        targets: by the name of a plan, the columns of the operating points that its attacker looks at.
 
     """
 
@@ -80,6 +82,7 @@ class LoopSettings:
     move: Move = follow_fronts
     look: LookChange | None = None
     forks: bool = True
+    targets: Mapping[str, Ints] = field(default_factory=dict)
 
 
 class Loop:
@@ -124,7 +127,7 @@ class Loop:
         self._shared = settings.shared
         self._common = None if self._shared is None else self._shared.new_state()
         self._profile_of = settings.profile_of
-        self._plans = list(plans)
+        self._plans, self._targets = list(plans), settings.targets
         self._schedules = [Table(Schedule) for _ in plans]
         # Before it, no attack of a plan begins or ends.
         self._due_step = [NEVER] * len(self._plans)
@@ -315,10 +318,24 @@ class Loop:
                 blind=~vehicles.marked[vehicle],
                 deviation_m=tracks.deviation_m[chosen],
                 past_fix=past_fixes(self._history.now, vehicle, step, self._clock.step_s),
+                probe=self._probe(step, plan, chosen),
             )
             spoofed = plan.attack.apply(victims, self._attack_states[number - 1].now)
             tracks.fix_m[chosen] = spoofed.fix_m
             tracks.fix_valid[chosen] = spoofed.valid
+
+    def _probe(self, step: int, plan: Plan, rows: Ints) -> Probe:
+        """Return what answers an attacker of the track rows `rows` who knows detectors."""
+        known, method = plan.attack.known(), self._method
+        if known is None or not isinstance(method, Probes):
+            return asks_nobody
+        columns = self._targets[plan.name]
+
+        def probe(moved_m: Floats) -> Probed:
+            asked = Question(rows, moved_m, columns, known.own_copy)
+            return method.probe(step, asked, self.tracks, self.vehicles, self.seen, self._threads)
+
+        return probe
 
     def _lanes_beside(self, vehicle: Ints) -> tuple[Flags, Flags]:
         """Return whether (n,) vehicle rows have a lane of either direction to their left, and to their right."""

@@ -40,6 +40,7 @@ from gpsec.pipeline.loop import Loop, Move
 from gpsec.pipeline.manifest import Counts, write_manifest
 from gpsec.pipeline.mapfile import write_map
 from gpsec.pipeline.mismatch import make_shared_errors, mismatch_note
+from gpsec.pipeline.probing import target_columns
 from gpsec.pipeline.remarks import Remarks, beforehand
 from gpsec.scenario import Scenario
 from gpsec.scenario.worlds import can_steer
@@ -191,7 +192,7 @@ class _Run:
         self.places = () if shared is None else shared.places
         defences = [(defence.point, defence.response) for defence in scenario.defences]
         names = [NO_ATTACK, *(plan.name for plan in plans)]
-        method = make_method(scenario, ground, detection)
+        method = make_method(scenario, ground, detection, plans)
         study = Study(
             tuple(names),
             detection.names,
@@ -214,7 +215,8 @@ class _Run:
             log = StepLog(path, names, detection.names, defences, hd_map.lane_ids, hd_map.projector)
             self.log = stack.enter_context(log)
         self.method = method
-        settings = loop_settings(scenario, ground, session.step_s, shared)
+        targets = target_columns(detection, plans)
+        settings = loop_settings(scenario, ground, session.step_s, shared, targets)
         if scenario.closed_loop.world is not None:
             settings = replace(settings, look=blind_off_the_lane)
         self.loop = Loop(settings, plans, method, self.outcomes, self.threads, self.watch)

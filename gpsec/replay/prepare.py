@@ -186,9 +186,9 @@ def log_name(log: Path) -> str:
 
 def _plans(sumocfg: Path) -> list[dict[str, object]]:
     """Return the default plans: every attack on every copy, at any time of the log."""
-    from gpsec.scenario.choices import own_attacks
+    from gpsec.scenario.choices import fixed_attacks
 
     found = re.search(r'<end value="([^"]*)"', sumocfg.read_text("utf-8"))
     lasts_s = float(found[1]) if found else 0.0
     latest_s = max(lasts_s - 10.0 - _ATTACK_S, 0.0)
-    return [{"attack": name, "share": 1.0, "start_after_s": [0.0, latest_s]} for name in own_attacks()]
+    return [{"attack": name, "share": 1.0, "start_after_s": [0.0, latest_s]} for name in fixed_attacks()]

@@ -15,11 +15,11 @@ def attacks() -> list[str]:
     return list(ATTACKS)
 
 
-def own_attacks() -> list[str]:
-    """Return the names of gpsec's own attacks."""
+def fixed_attacks() -> list[str]:
+    """Return the names of gpsec's own attacks that know nothing of detectors."""
     from gpsec.attacks.registry import ATTACKS
 
-    return list(ATTACKS.own)
+    return [name for name in ATTACKS.own if ATTACKS[name]().known() is None]
 
 
 def detectors() -> list[str]:

@@ -14,7 +14,7 @@ from pydantic import (
 )
 
 from gpsec.attacks.plans import MAX_TIME_S, PlanConfig
-from gpsec.core.errors import shown
+from gpsec.core.errors import nearest, shown
 from gpsec.scenario import choices
 from gpsec.scenario.base import Section, Unset
 from gpsec.scenario.closed_loop import ClosedLoopSection
@@ -30,7 +30,7 @@ from gpsec.scenario.sections import (
     TrafficSection,
     WorldSection,
 )
-from gpsec.types.points import HEADLINE_RATE
+from gpsec.types.points import HEADLINE_RATE, point_name
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
 MAX_NAME = 100  # file systems end at 255 bytes, and folders in the making have longer names
@@ -142,6 +142,19 @@ class Scenario(Section):
                     f"defences: '{shown(defence.name)}' needs a detector that detection.detectors does not list"
                     f" (listed: {', '.join(scored) or 'none'})"
                 )
+        return self
+
+    @model_validator(mode="after")
+    def _plans_target_detectors_of_the_run(self) -> Self:
+        scored = [point_name(*point) for point in self.points() if point[0] not in choices.BOUNDS]
+        for plan in self.plans:
+            known = plan.parameters.known()
+            for target in () if known is None else known.targets:
+                if target not in scored:
+                    raise ValueError(
+                        f"plan '{shown(plan.name)}': target: no detector of the run is called '{shown(target)}';"
+                        f" {nearest(target, scored)}"
+                    )
         return self
 
     def points(self) -> tuple[tuple[str, str], ...]:

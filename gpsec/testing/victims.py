@@ -7,6 +7,7 @@ import numpy as np
 
 from gpsec.attacks.base import Attack, Spoofed, Victims
 from gpsec.attacks.knowledge import new_history, past_fixes, record_fixes
+from gpsec.attacks.probing import Probed, asks_nobody
 from gpsec.core.arrays import Flags, Floats
 from gpsec.core.noise import vehicle_key
 from gpsec.testing.contract import STEP_S, BrokenContractError, require
@@ -21,6 +22,12 @@ def no_past(delay_s: float) -> tuple[np.ndarray, np.ndarray]:
         BrokenContractError: always.
     """
     raise BrokenContractError("an attack without `needed_memory_s` does not ask for `past_fix`")
+
+
+def by_distance(moved_m: Floats) -> Probed:
+    """Answer as a detector whose statistic is the displacement, and whose threshold is a metre."""
+    ratio = np.abs(moved_m).max(axis=2)
+    return Probed(ratio, np.ones(ratio.shape, np.bool_))
 
 
 def make_victims(m: int = 1, **given: object) -> Victims:
@@ -40,6 +47,7 @@ def make_victims(m: int = 1, **given: object) -> Victims:
         "blind": np.zeros(m, np.bool_),
         "deviation_m": np.zeros(m),
         "past_fix": no_past,
+        "probe": by_distance,
     }
     return Victims(**{**fields, **given})  # type: ignore[arg-type]
 
@@ -141,6 +149,7 @@ def drive(
             blind=world.blind[step, on],
             deviation_m=world.deviation_m[step, on],
             past_fix=past_fix,
+            probe=asks_nobody if attack.known() is None else by_distance,
         )
         result.append((on, attack.apply(victims, state)))
     return result

@@ -12,7 +12,7 @@ from gpsec.core.tables import Table
 from gpsec.filters.noise import noise_of
 from gpsec.reference.association import TrackAssociation
 from gpsec.reference.lane_line import LaneLines
-from gpsec.reference.method import sight_of
+from gpsec.reference.perception import sight_of
 from gpsec.types.answers import Answers
 from tests.parity.drive import Drive, drive_through, record_drive
 

@@ -15,7 +15,7 @@ from gpsec.filters.noise import noise_of, noise_table
 from gpsec.hdmap.map import HDMap, load_map
 from gpsec.reference.association import TrackAssociation
 from gpsec.reference.lane_line import LaneLines
-from gpsec.reference.method import sight_of
+from gpsec.reference.perception import sight_of
 from gpsec.testing.rig import RIG_FIGURES
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Measurements, Vehicles

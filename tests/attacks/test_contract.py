@@ -25,8 +25,11 @@ CASES = [
     AttackCase(ATTACKS["jamming"], denies_fixes=True),
     AttackCase(ATTACKS["lane_alias"]),
     AttackCase(ATTACKS["lane_alias"], {"side": "right"}),
+    AttackCase(ATTACKS["adaptive"]),
+    AttackCase(ATTACKS["adaptive"], {"knowledge": "queries", "junctions": "move"}),
+    AttackCase(ATTACKS["adaptive"], {"knowledge": "grey", "junctions": "move", "target": ("joint", "cusum")}),
 ]
-WITH_STATE = {"two_stage", "lane_alias", "blind_drift"}
+WITH_STATE = {"two_stage", "lane_alias", "blind_drift", "adaptive"}
 
 
 def test_the_table_has_every_attack() -> None:

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from gpsec.attacks.adaptive import Adaptive
 from gpsec.attacks.base import Attack, NoState, Spoofed, Victims, powers, unit_vectors
 from gpsec.attacks.blind_drift import BlindDrift
 from gpsec.attacks.constant_bias import ConstantBias
@@ -12,6 +13,7 @@ from gpsec.attacks.drift import Drift
 from gpsec.attacks.jamming import Jamming
 from gpsec.attacks.lane_alias import LaneAlias
 from gpsec.attacks.noise import Noise
+from gpsec.attacks.probing import Probed
 from gpsec.attacks.replay import Replay
 from gpsec.attacks.stealth import Stealth
 from gpsec.attacks.two_stage import TwoStage
@@ -198,3 +200,89 @@ def test_a_wrong_shape_is_named() -> None:
 
     with pytest.raises(TypeError, match=r"'flat': fix_m must be \(3, 2\) of float64, found \(3,\)"):
         Flat().apply(make_victims(3), Flat().new_state(3).now)
+
+
+def at_distance(limit_m: float, *, scored: bool = True):
+    """Return a probe of a detector whose statistic is the distance from the honest fix, and one that scores nothing."""
+
+    def probe(moved_m: np.ndarray) -> Probed:
+        ratio = np.linalg.norm(moved_m, axis=2) / limit_m
+        return Probed(ratio if scored else 0.0 * ratio, np.full(ratio.shape, scored))
+
+    return probe
+
+
+def adaptive_way(attack: Adaptive, victims: list[Victims]) -> list[float]:
+    """Return displacements to the left, step by step."""
+    state = attack.new_state(1).now
+    return [float(attack.apply(one, state).fix_m[0, 1] - one.fix_m[0, 1]) for one in victims]
+
+
+def test_adaptive_grows_to_the_level_and_no_further() -> None:
+    attack = Adaptive(level=0.5, growth_m=0.2, side="as_given")
+    victims = [make_victims(1, probe=at_distance(1.0))] * 5
+    # The level is 0.5 m. From 0.4 m on a sixteenth of 0.2 m is tried: 0.1 m further is one of them.
+    assert adaptive_way(attack, victims) == near([0.2, 0.4, 0.5, 0.5, 0.5])
+
+
+def test_adaptive_gives_way_when_the_detector_would_notice() -> None:
+    attack = Adaptive(level=1.0, growth_m=0.24, side="as_given")
+    victims = [make_victims(1, probe=at_distance(limit_m)) for limit_m in (9.0, 9.0, 0.1, 0.1)]
+    # Back by twenty-fourths of 0.48 m, to 5/24, and then on by sixteenths of 0.24 m: none fits under 0.1 m.
+    assert adaptive_way(attack, victims) == near([0.24, 0.48, 0.1, 0.1])
+
+
+def test_adaptive_takes_what_is_least_suspicious_where_all_is_an_alarm() -> None:
+    def offended(moved_m: np.ndarray) -> Probed:
+        return Probed(5.0 + np.abs(moved_m[:, :, 1] + 0.2), np.ones(moved_m.shape[:2], np.bool_))
+
+    attack = Adaptive(growth_m=0.05, side="as_given")
+    assert adaptive_way(attack, [make_victims(1, probe=offended)]) == near([-0.2])
+
+
+@pytest.mark.parametrize(
+    ("junctions", "expected"), [("hold", [0.05, 0.05, 0.05, 0.05]), ("move", [0.05, 0.55, 1.05, 0.05])]
+)
+def test_adaptive_moves_in_junctions_only_if_it_is_told_to(junctions: str, expected: list[float]) -> None:
+    """Behind them, before anything is scored, it is where it was before."""
+    attack = Adaptive(growth_m=0.05, junction_growth_m=0.5, junctions=junctions, side="as_given")  # type: ignore[arg-type]
+    unseen = at_distance(1.0, scored=False)
+    inside = make_victims(1, probe=unseen, blind=np.array([True]))
+    victims = [make_victims(1, probe=at_distance(9.0)), inside, inside, make_victims(1, probe=unseen)]
+    assert adaptive_way(attack, victims) == near(expected)
+
+
+def test_adaptive_moves_in_junctions_as_far_as_fixes_are_tested_there() -> None:
+    attack = Adaptive(level=1.0, junction_growth_m=0.5, junctions="move", side="as_given")
+    inside = make_victims(1, probe=at_distance(0.75), blind=np.array([True]))
+    assert adaptive_way(attack, [inside] * 3) == near([0.5, 0.75, 0.75])
+
+
+def test_adaptive_keeps_to_its_cap_and_waits_for_fixes() -> None:
+    attack = Adaptive(growth_m=2.0, cap_m=3.0, side="as_given")
+    there, missing = make_victims(1, probe=at_distance(99.0)), make_victims(1, fix_valid=np.array([False]))
+    assert adaptive_way(attack, [there, missing, there]) == near([2.0, 2.0, 3.0])
+
+
+def test_adaptive_by_queries_halves_its_strides_until_its_answers_are_used_up() -> None:
+    """0.4, 0.8 pass; 1.2 does not, so back to 0.4; 0.6, 0.8 pass; 1.0 does not; then it has asked six times."""
+    attack = Adaptive(knowledge="queries", budget=6, growth_m=0.4, side="as_given")
+    victims = [make_victims(1, probe=at_distance(0.95))] * 8
+    assert adaptive_way(attack, victims) == near([0.4, 0.8, 0.4, 0.6, 0.8, 0.4, 0.4, 0.4])
+    assert adaptive_way(attack, [make_victims(1, blind=np.array([True]))] * 2) == near([0.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("target", "expected"),
+    [("joint", ("joint",)), ("joint, lstm@1/h", ("joint", "lstm@1/h")), (["cusum"], ("cusum",)), ("all", ())],
+)
+def test_adaptive_targets_one_or_several(target: object, expected: tuple[str, ...]) -> None:
+    known = Adaptive.model_validate({"target": target}).known()
+    assert (known.targets, known.own_copy) == (expected, False)
+    assert Adaptive(knowledge="grey").known().own_copy
+
+
+@pytest.mark.parametrize("target", ["", "joint,,cusum", [], ["all", "joint"], 3, [1]])
+def test_adaptive_refuses_targets_that_mean_nothing(target: object) -> None:
+    with pytest.raises(ValueError, match="expected a detector"):
+        Adaptive.model_validate({"target": target})

@@ -112,6 +112,23 @@ def test_deviation_is_that_of_the_defence_in_the_step_of_detection():
     np.testing.assert_allclose(scene.state.deviation_m[1], [0.4, 0.8, 0.0])
 
 
+def test_what_goes_undetected_is_of_the_first_defence_before_the_first_alarm():
+    scene = Scene()
+    scene.estimate_m[0, 0, 1] = 7.0
+    scene.observe(0, [0])  # before the attack
+    scene.fork(0, 1, plan=1, step=1)
+    for step, (alarm, error) in enumerate([(False, 0.1), (False, -0.3), (True, 0.4), (False, 0.9)], start=1):
+        scene.alarm[1, 0] = alarm
+        scene.estimate_m[1, :, 1] = error, 5.0
+        scene.observe(step, [1])
+    scene.end_attack(1, step=5)
+    scene.estimate_m[1, 0, 1] = 8.0
+    scene.observe(5, [1])
+    np.testing.assert_allclose(scene.state.undetected_m[1], [0.3, 0.9])
+    np.testing.assert_array_equal(scene.state.undetected_step[1], [2, 4])
+    assert not scene.state.undetected_m[0].any()
+
+
 def test_trust_returns_in_the_first_step_after_the_attack_that_uses_gnss():
     scene = Scene()
     scene.fork(0, 1, plan=1, step=0)

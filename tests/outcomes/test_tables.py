@@ -194,7 +194,14 @@ def test_events(tables):
     assert row["time_to_retrust_s"] == pytest.approx(0.1)  # step 9, one after the end in step 8
     assert (row["rmse_cross_track_m"], row["max_cross_track_m"]) == (pytest.approx(sqrt(0.5)), 1.0)
     assert (row["outcome"], row["time_to_outcome_s"]) == ("line_touched", pytest.approx(0.1))
+    # Nothing is undetected in the first step of the attack, and in the second there is the alarm.
+    assert row["max_undetected_deviation_m"] == 0.0
+    assert np.isnan(row["max_undetected_deviation_s"])
+    assert not row["line_touched_unseen"]
     row = one(tables["events"], vehicle_id="a", defence="never+none")
+    assert row["max_undetected_deviation_m"] == 1.0
+    assert row["max_undetected_deviation_s"] == pytest.approx(0.1)
+    assert (row["line_touched_unseen"], row["out_of_lane_unseen"]) == (True, False)
     assert (row["rmse_x_m"], row["rmse_y_m"], row["rmse_xy_m"]) == (4.0, 3.0, 5.0)
     assert (row["max_x_m"], row["max_y_m"], row["max_xy_m"]) == (4.0, 3.0, 5.0)
     assert (row["outcome"], row["time_to_outcome_s"]) == ("off_road", 0.0)

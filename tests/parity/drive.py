@@ -39,6 +39,7 @@ from gpsec.localization.switch import Localization
 from gpsec.localization.world import World
 from gpsec.pipeline.build import Ground, lay_ground, sampling_of
 from gpsec.pipeline.loop import Loop, LoopSettings
+from gpsec.pipeline.probing import target_columns
 from gpsec.scenario import load_scenario
 from gpsec.sensors.profiles import residual_sigma_m
 from gpsec.sensors.registry import PROFILES
@@ -182,10 +183,10 @@ def localization_for(ground: Ground, detection: Detection) -> Localization:
     return Localization(columns, [responses[kind] for _, kind in DEFENCES], ground.world, SwitchSettings())
 
 
-def drive_through(drive: Drive, vehicles: int, method: Method) -> None:
+def drive_through(drive: Drive, vehicles: int, method: Method, attacks: Sequence[dict[str, object]] = ATTACKS) -> None:
     """Run the first vehicles of the recorded traffic through `method`, each under every attack."""
     ground = drive.ground
-    plans = build_plans([plan_config(table | WINDOW_S, "parity") for table in ATTACKS])
+    plans = build_plans([plan_config(table | WINDOW_S, "parity") for table in attacks])
     settings = LoopSettings(
         seed=11,
         step_s=ground.options.step_s,
@@ -194,6 +195,7 @@ def drive_through(drive: Drive, vehicles: int, method: Method) -> None:
         hd_map=ground.hd_map,
         sensors=ground.sensors,
         profile_of=lambda departure: departure.row % len(ground.choice.profiles),
+        targets=target_columns(detection_for(ground.world, ground.choice.profiles), plans),
     )
     loop = Loop(settings, plans, method)
     for frame in drive.few(vehicles):

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from gpsec.attacks.probing import Probed, Question
 from gpsec.core.arrays import Ints
 from gpsec.core.stopwatch import Stopwatch
 from gpsec.core.threads import Threads
@@ -16,6 +17,9 @@ from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Measurements, Vehicles
 
 from .drive import Drive, detection_for, localization_for
+
+# Of 45 fixes that are tried, every so many-th is tried in the reference, too.
+_EVERY = 9
 
 
 @dataclass
@@ -49,12 +53,13 @@ class Comparison:
 class SideBySide:
     """Implements `gpsec.types.method.Method`; the attacker sees the batched answers."""
 
-    def __init__(self, drive: Drive) -> None:
+    def __init__(self, drive: Drive, copies: bool = False) -> None:
         ground = drive.ground
         self.detection = detection_for(ground.world, ground.choice.profiles)
         localization = localization_for(ground, self.detection)
-        self.batched = BatchedMethod(ground.world, ground.association, self.detection, localization)
-        self.reference = ReferenceMethod(ground.hd_map, ground.world, ground.association, self.detection, localization)
+        parts = ground.world, ground.association, self.detection, localization
+        self.batched = BatchedMethod(*parts, copies=copies)
+        self.reference = ReferenceMethod(ground.hd_map, *parts, copies=copies)
         self.answers = self.batched.answers
         self.found = Comparison()
         self._responses = [response.name for response in localization.responses]
@@ -114,6 +119,20 @@ class SideBySide:
         found.seen["isolated"] += int(isolated.sum())
         found.seen["isolation begins"] += int((isolated & ~isolated_before).sum())
         found.seen["isolation ends"] += int((isolated_before & ~isolated).sum())
+
+    def probe(
+        self, number: int, asked: Question, tracks: Tracks, vehicles: Vehicles, seen: Measurements, threads: Threads
+    ) -> Probed:
+        """Compare what both say of some of the fixes; the attacker goes by the batched answers."""
+        told = self.batched.probe(number, asked, tracks, vehicles, seen, threads)
+        some = asked._replace(moved_m=asked.moved_m[:, ::_EVERY])
+        other = self.reference.probe(number, some, tracks, vehicles, seen, threads)
+        found, whose = self.found, "own copy" if asked.own_copy else "probe"
+        found.relative(whose, told.ratio[:, ::_EVERY], other.ratio)
+        found.same(f"{whose} scored", told.scored[:, ::_EVERY], other.scored)
+        found.seen[f"{whose} passes"] += int((told.scored & (told.ratio <= 1.0)).sum())
+        found.seen[f"{whose} alarm"] += int((told.scored & (told.ratio > 1.0)).sum())
+        return told
 
     def _compare_detectors(self, rows: Ints) -> None:
         one, other = self.reference.answers, self.batched.answers

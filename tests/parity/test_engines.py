@@ -52,3 +52,31 @@ def test_both_engines_agree_at_a_short_step(short_steps: Drive):
     assert 0.1 < found.seen["residual"] / found.seen["track step"] < 0.25
     assert found.seen["late residual"] > 0.5 * found.seen["residual"]
     assert min(found.seen["isolation begins"], found.seen["isolation ends"]) > 10
+
+
+# Statistics of the LSTM are compared by themselves, for they are float32.
+KNOWING = ["chi_square", "cusum", "isolation_forest", "innovation", "joint", "separation"]
+
+
+def test_both_engines_tell_an_attacker_the_same(drive: Drive):
+    method = SideBySide(drive, copies=True)
+    attacks = [
+        {"attack": "adaptive", "name": "white", "target": KNOWING, "junctions": "move"},
+        {"attack": "adaptive", "name": "grey", "target": ["joint"], "knowledge": "grey"},
+    ]
+    drive_through(drive, 1, method, attacks)
+    found = method.found
+    for name in ("lstm", "lstm_glr", "lstm_cusum"):
+        assert found.worst.pop(name) < FLOAT32_TOLERANCE
+    assert {quantity: worst for quantity, worst in found.worst.items() if not worst < TOLERANCE} == {}
+    assert +found.disagreements == {}
+    for whose in ("probe", "own copy"):
+        assert min(found.seen[f"{whose} passes"], found.seen[f"{whose} alarm"]) > 50
+
+
+def test_both_engines_tell_an_attacker_the_same_of_the_lstm(drive: Drive):
+    method = SideBySide(drive)
+    drive_through(drive, 1, method, [{"attack": "adaptive", "target": ["lstm_glr"]}])
+    assert method.found.worst["probe"] < FLOAT32_TOLERANCE
+    assert method.found.disagreements["probe scored"] == 0
+    assert method.found.seen["probe passes"] > 50
