@@ -14,7 +14,7 @@ from gpsec.console.importing import import_
 from gpsec.console.listing import list_
 from gpsec.console.new import new
 from gpsec.console.paper import paper
-from gpsec.console.publishing import figure, table
+from gpsec.console.publishing import figure_, table
 from gpsec.console.replay import replay
 from gpsec.console.report import report
 from gpsec.console.run import run
@@ -93,7 +93,7 @@ _COMMANDS: dict[str, Callable[..., int | None]] = {
     "show": show,
     "report": report,
     "table": table,
-    "figure": figure,
+    "figure": figure_,
     "verify": verify,
     "trace": trace,
     "check": check,

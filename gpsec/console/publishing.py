@@ -39,8 +39,7 @@ def table(
     """  # noqa: D301
     from gpsec.outcomes.tables import whole
     from gpsec.report.published_tables import make_tables
-    from gpsec.report.typesetting import latex as as_latex
-    from gpsec.report.typesetting import markdown as as_markdown
+    from gpsec.report.typesetting import as_latex, as_markdown
 
     if latex and markdown:
         raise GpsecError("--latex, --markdown: expected one of them, found both")
@@ -55,7 +54,7 @@ def table(
     say(out)
 
 
-def figure(
+def figure_(
     arguments: Annotated[
         list[str], typer.Argument(metavar="RUN... NAME", help="_Runs, and outcomes, decision, roc, delay or error.")
     ],
@@ -97,7 +96,7 @@ def figure(
 
 
 def _gathered(folders: Sequence[Path]) -> "Gathered":
-    from gpsec.report.gathering import gather
+    from gpsec.report.gathering import taken_together
     from gpsec.running.results import load
 
-    return gather([load(folder) for folder in folders])
+    return taken_together([load(folder) for folder in folders])

@@ -42,7 +42,7 @@ class Gathered:
         return f"{over}; {self.confidence:.0%} intervals, bootstrap of {drawn}; gpsec {', '.join(self.versions)}"
 
 
-def gather(runs: Sequence[Results]) -> Gathered:
+def taken_together(runs: Sequence[Results]) -> Gathered:
     """Return runs taken together.
 
     Raises:

@@ -38,7 +38,7 @@ class TypesetTable:
     texts: int = 2
 
 
-def latex(table: TypesetTable) -> str:
+def as_latex(table: TypesetTable) -> str:
     """Return a table as LaTeX for the package booktabs."""
     columns = "l" * table.texts + "r" * (len(table.headings) - table.texts)
     lines = [r"\begin{table}", r"\centering", rf"\caption{{{escaped(table.caption)}}}", rf"\label{{tab:{table.label}}}"]
@@ -47,7 +47,7 @@ def latex(table: TypesetTable) -> str:
     return "\n".join([*lines, r"\bottomrule", r"\end{tabular}", r"\end{table}"]) + "\n"
 
 
-def markdown(table: TypesetTable) -> str:
+def as_markdown(table: TypesetTable) -> str:
     """Return a table as Markdown, its caption above it."""
     marks = [":--"] * table.texts + ["--:"] * (len(table.headings) - table.texts)
     rows = [table.headings, marks, *(row for row in table.rows if row is not None)]

@@ -8,11 +8,11 @@ import pytest
 
 from gpsec.cli import main
 from gpsec.core.errors import GpsecError
-from gpsec.report.gathering import gather
+from gpsec.report.gathering import taken_together
 from gpsec.report.press import LineLooks
 from gpsec.report.published_figures import FIGURES_FOR_PAPERS
 from gpsec.report.published_tables import TABLES_FOR_PAPERS, make_tables
-from gpsec.report.typesetting import TypesetTable, escaped, latex, markdown
+from gpsec.report.typesetting import TypesetTable, as_latex, as_markdown, escaped
 from gpsec.running.results import load
 
 from .conftest import write_run
@@ -26,7 +26,7 @@ def test_latex_sets_every_name_as_it_is():
     assert escaped("lstm@1e-3/sample_x {50 %} #1 & ~^\\ – γ") == (
         r"lstm@1e-3/sample\_x \{50 \%\} \#1 \& \textasciitilde{}\textasciicircum{}\textbackslash{} -- $\gamma$"
     )
-    text = latex(TABLE)
+    text = as_latex(TABLE)
     assert r"\caption{Of 50 \% \& more.}" in text
     assert r"\begin{tabular}{llr}" in text
     assert text.count(r"\midrule") == 2
@@ -34,7 +34,7 @@ def test_latex_sets_every_name_as_it_is():
 
 
 def test_markdown_has_a_caption_and_as_many_cells_everywhere():
-    lines = markdown(TABLE).splitlines()
+    lines = as_markdown(TABLE).splitlines()
     assert lines[0] == "Of 50 % & more."
     assert {len(re.split(r"(?<!\\)\|", line)) for line in lines[2:]} == {5}
 
@@ -53,14 +53,14 @@ def folder(tmp_path_factory):
 
 @pytest.mark.parametrize("name", sorted({*TABLES_FOR_PAPERS} - {"table1"}))
 def test_every_table_says_vehicles_seeds_and_intervals(folder, name):
-    for table in make_tables(name, gather([load(folder)])):
+    for table in make_tables(name, taken_together([load(folder)])):
         assert {len(row) for row in table.rows if row is not None} == {len(table.headings)}
         assert re.search(r"n (=|vehicles)", table.caption)
         assert "seed 1; 95% intervals, bootstrap of vehicles; gpsec 0.1.0" in table.caption
 
 
 def test_table_one_has_the_papers_figures_and_ours_side_by_side(folder):
-    (table,) = make_tables("table1", gather([load(folder)]))
+    (table,) = make_tables("table1", taken_together([load(folder)]))
     (row,) = (row for row in table.rows if row is not None)  # the run has one attack and one detector of the paper
     assert row[:6] == ["constant_bias", "cusum", "0.82", "0.95", "0.88", "0.20"]
     assert row[6:8] == ["1.00", "0.88"]  # 35 of 40 steps under attack are seen, none before
@@ -70,7 +70,7 @@ def test_two_seeds_are_pooled_and_named(folder, tmp_path):
     other = shutil.copytree(folder, tmp_path / "other")
     for path in (other / "manifest.json", *other.glob("*.csv")):
         path.write_text(path.read_text("utf-8").replace('"seed": 1', '"seed": 2').replace("lane,1,", "lane,2,"))
-    found = gather([load(folder), load(other)])
+    found = taken_together([load(folder), load(other)])
     assert found.seeds == {"lane": (1, 2)}
     safety = found.tables["safety"]
     pooled = safety[(safety["scenario"] == "lane") & (safety["attack"] == "bias")]
@@ -79,7 +79,7 @@ def test_two_seeds_are_pooled_and_named(folder, tmp_path):
     assert "n = 8 vehicles" in table.caption
     assert "2 seeds (1, 2); 95% intervals, bootstrap of runs, then of vehicles" in table.caption
     with pytest.raises(GpsecError, match="scenario 'lane' with seed 1 is in two of the runs"):
-        gather([load(folder), load(folder)])
+        taken_together([load(folder), load(folder)])
 
 
 @pytest.mark.parametrize("name", FIGURES_FOR_PAPERS)
