@@ -11,7 +11,9 @@ _TABLES = (
     *("detection", "localization", "safety", "events", "vehicles", "curves", "error_bands", "places"),
     *("streets", "association"),
     # Of the closed loop, and of a log.
-    *("worlds", "collisions", "effects"),
+    *("worlds", "collisions", "crashes", "standing", "jams", "effects"),
+    # Over all seeds.
+    *("pooled_detection", "pooled_localization", "pooled_safety"),
     "errors",
 )
 _AS_PARQUET = ("events.parquet", "vehicles.parquet", "places.parquet")
