@@ -3,7 +3,6 @@
 import os
 import sys
 from collections.abc import Sequence
-from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from threading import Thread
@@ -145,7 +144,6 @@ def run(
             found = [one for scenario in found for one in with_seeds(scenario, parse_seeds(seeds))]
     if closed_loop:
         found = [world for one in found for world in _worlds(one, seed, parse_seeds(seeds) if seeds else ())]
-        output = replace(output, report=False)
     return _run(found, output, jobs or cores(), shown)
 
 

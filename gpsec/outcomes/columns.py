@@ -1,6 +1,7 @@
 """The columns of every table, and what is in them; ``results/README.md`` says what they mean."""
 
 import csv
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
@@ -136,10 +137,24 @@ def read_checked(folder: Path, name: str) -> pd.DataFrame:
     Raises:
         GpsecError: it is missing or no such table, or a cell holds something else than it should.
     """
+    path, frame = folder / f"{name}.csv", read_rows(folder, name)
+    for column in COLUMNS[name.removeprefix(POOLED_PREFIX)]:
+        if column not in frame:
+            raise GpsecError(f"{path}: expected a table of a finished run, found no column '{column}'")
+        frame[column] = _checked(path, column, frame[column])
+    return frame
+
+
+def read_rows(folder: Path, name: str) -> pd.DataFrame:
+    """Return a table of a run, whose cells may hold anything.
+
+    Raises:
+        GpsecError: it is missing, or no table.
+    """
     path = folder / f"{name}.csv"
     try:
         _check_lines(path)
-        frame = read_table(folder, name)
+        return read_table(folder, name)
     except FileNotFoundError:
         raise GpsecError(
             f"{folder}: expected the tables of a run, found no {path.name}; a run of an older version lacks some, run"
@@ -150,11 +165,6 @@ def read_checked(folder: Path, name: str) -> pd.DataFrame:
     except (ValueError, csv.Error, OverflowError) as error:
         said = shown(str(error).partition("\n")[0])
         raise GpsecError(f"{path}: expected a table of a finished run, found other data ({said})") from None
-    for column in COLUMNS[name.removeprefix(POOLED_PREFIX)]:
-        if column not in frame:
-            raise GpsecError(f"{path}: expected a table of a finished run, found no column '{column}'")
-        frame[column] = _checked(path, column, frame[column])
-    return frame
 
 
 def _check_lines(path: Path) -> None:
@@ -170,35 +180,56 @@ def _check_lines(path: Path) -> None:
 
 
 def _checked(path: Path, column: str, values: "pd.Series[Any]") -> "pd.Series[Any]":
-    empty = values.isna()
     if column in TEXTS:
-        if column not in _OPTIONAL and empty.any():
-            raise _error(path, column, "a text", empty.to_numpy(), values)
-        known = _KNOWN.get(column)
-        if known is not None and not values.isin(known).all():
-            raise _error(path, column, f"one of {', '.join(sorted(known))}", ~values.isin(known).to_numpy(), values)
-        return values
+        return as_texts(path, column, values, _KNOWN.get(column), optional=column in _OPTIONAL)
     if column in _OPTIONAL_FLAGS:
-        wrong = ~(values.isin([True, False]) | empty).to_numpy()
+        wrong = ~(values.isin([True, False]) | values.isna()).to_numpy()
         if wrong.any():
             raise _error(path, column, "True, False or nothing", wrong, values)
         return values.astype("boolean")
     if column in FLAGS:
-        wrong = ~values.isin([True, False]).to_numpy() if values.dtype != np.bool_ else np.zeros(len(values), np.bool_)
-        if wrong.any():
-            raise _error(path, column, "True or False", wrong, values)
-        return values.astype(np.bool_)
-    numbers = pd.to_numeric(values.astype(object), errors="coerce").astype(np.float64)
-    wrong = (numbers.isna() & ~empty).to_numpy() | np.isinf(numbers.to_numpy())
-    if column in _REQUIRED | COUNTS:
-        wrong |= empty.to_numpy()
-    if column in COUNTS or column in OUTCOMES:
-        wrong |= ~empty.to_numpy() & ~((numbers >= 0) & (numbers < 2**53) & (numbers % 1 == 0)).to_numpy()
-    if wrong.any():
-        raise _error(path, column, "a count" if column in COUNTS else "a number", wrong, values)
+        return as_flags(path, column, values)
     # Outcomes are left out where they say nothing.
-    counted = column in COUNTS or (column in OUTCOMES and not empty.any())
+    whole = column in COUNTS or column in OUTCOMES
+    numbers = as_numbers(path, column, values, required=column in _REQUIRED | COUNTS, whole=whole)
+    counted = column in COUNTS or (column in OUTCOMES and not numbers.isna().any())
     return numbers.astype(np.int64) if counted else numbers
+
+
+def as_texts(
+    path: Path, column: str, values: "pd.Series[Any]", known: Collection[str] | None = None, *, optional: bool = False
+) -> "pd.Series[Any]":
+    """Return a column of texts, each of those that are `known`; `optional` ones may be empty."""
+    empty = values.isna()
+    if not optional and empty.any():
+        raise _error(path, column, "a text", empty.to_numpy(), values)
+    if known is not None and not values.isin(known).all():
+        raise _error(path, column, f"one of {', '.join(sorted(known))}", ~values.isin(known).to_numpy(), values)
+    return values
+
+
+def as_flags(path: Path, column: str, values: "pd.Series[Any]") -> "pd.Series[Any]":
+    """Return a column of flags."""
+    wrong = ~values.isin([True, False]).to_numpy() if values.dtype != np.bool_ else np.zeros(len(values), np.bool_)
+    if wrong.any():
+        raise _error(path, column, "True or False", wrong, values)
+    return values.astype(np.bool_)
+
+
+def as_numbers(
+    path: Path, column: str, values: "pd.Series[Any]", *, required: bool, whole: bool = False
+) -> "pd.Series[Any]":
+    """Return a column of numbers, NaN where it is empty, which not `required` ones may be; `whole` ones are counts."""
+    empty = values.isna().to_numpy()
+    numbers = pd.to_numeric(values.astype(object), errors="coerce").astype(np.float64)
+    wrong = (numbers.isna().to_numpy() & ~empty) | np.isinf(numbers.to_numpy())
+    if required:
+        wrong |= empty
+    if whole:
+        wrong |= ~empty & ~((numbers >= 0) & (numbers < 2**53) & (numbers % 1 == 0)).to_numpy()
+    if wrong.any():
+        raise _error(path, column, "a count" if whole and required else "a number", wrong, values)
+    return numbers
 
 
 def _error(path: Path, column: str, expected: str, wrong: Flags, values: "pd.Series[Any]") -> GpsecError:

@@ -11,8 +11,12 @@ _GROUP = ["scenario", "profile"]
 _VEHICLE = ["scenario", "vehicle_id"]
 
 
-def check_together(folder: Path, scenarios: Sequence[str], tables: Mapping[str, pd.DataFrame]) -> None:
+def check_together(
+    folder: Path, scenarios: Sequence[str], tables: Mapping[str, pd.DataFrame], *, forks: bool = True
+) -> None:
     """Refuse tables that speak of something that is missing where a report would look for it.
+
+    Where attacks do not fork (`forks`), in closed loop, attacked vehicles have no row without the attack.
 
     Raises:
         GpsecError: naming the table, and what is missing.
@@ -23,8 +27,8 @@ def check_together(folder: Path, scenarios: Sequence[str], tables: Mapping[str, 
         path = folder / f"{name}.csv"
         for scenario in table["scenario"].unique():
             if scenario not in scenarios:
-                known = nearest(scenario, scenarios)
-                raise GpsecError(f"{path}: scenario '{shown(scenario)}' is not in the manifest: {known}")
+                hint = nearest(scenario, scenarios)
+                raise GpsecError(f"{path}: scenario '{shown(scenario)}' is not in the manifest: {hint}")
         for scenario, profile in table[_GROUP].drop_duplicates().itertuples(index=False, name=None):
             if (scenario, profile) not in groups:
                 raise GpsecError(
@@ -33,17 +37,18 @@ def check_together(folder: Path, scenarios: Sequence[str], tables: Mapping[str, 
                 )
         for defence in table["defence"].unique() if "defence" in table else ():
             if defence not in defences:
-                known = nearest(defence, defences)
-                raise GpsecError(f"{path}: defence '{shown(defence)}' is not in safety.csv: {known}")
+                hint = nearest(defence, defences)
+                raise GpsecError(f"{path}: defence '{shown(defence)}' is not in safety.csv: {hint}")
     _check_safety(folder / "safety.csv", tables["safety"])
-    benign = tables["vehicles"][tables["vehicles"]["attack"] == "none"]
-    there = set(benign[_VEHICLE].itertuples(index=False, name=None))
+    vehicles = tables["vehicles"]
+    known = vehicles[vehicles["attack"] == "none"] if forks else vehicles
+    there = set(known[_VEHICLE].itertuples(index=False, name=None))
     for name in ("vehicles", "events"):
         for scenario, vehicle in tables[name][_VEHICLE].drop_duplicates().itertuples(index=False, name=None):
             if (scenario, vehicle) not in there:
                 raise GpsecError(
-                    f"{folder / name}.csv: vehicle '{shown(vehicle)}' of '{shown(scenario)}': expected a row without an"
-                    " attack in vehicles.csv, found none"
+                    f"{folder / name}.csv: vehicle '{shown(vehicle)}' of '{shown(scenario)}': expected a row"
+                    f"{' without an attack' if forks else ''} in vehicles.csv, found none"
                 )
 
 

@@ -9,7 +9,7 @@ from gpsec.types.constants import UNDEFENDED
 
 MEASURES = ("collisions_per_1000_vkm", "delay_s", "standing_share", "mean_speed_mps", "arrived")
 BENIGN_PLAN = "none"
-_KEY = ["scenario", "plan", "defence", "on_alarm", "false_alarms_per_h"]
+WORLD_KEY = ["scenario", "plan", "defence", "on_alarm", "false_alarms_per_h"]
 _RESAMPLES, _SEED = 4000, 2026
 
 
@@ -19,15 +19,12 @@ def effects_table(worlds: pd.DataFrame, confidence: float = 0.95) -> pd.DataFram
     Of each of `MEASURES` there are the mean over the benign twins, the mean of the differences of pairs of one seed,
     and the interval of that by bootstrap over the seeds, which is missing where there is one seed only.
     """
-    worlds = worlds.assign(
-        scenario=[scenario_of_world(name) for name in worlds["scenario"]],
-        collisions_per_1000_vkm=1000.0 * worlds["collisions"] / worlds["vehicle_km"].clip(lower=1e-9),
-    )
+    worlds = with_collision_rates(worlds)
     twin = (worlds["plan"] == BENIGN_PLAN) & (worlds["false_alarms_per_h"] == 0.0)
     benign = worlds[twin].set_index(["scenario", "on_alarm", "defence", "seed"])
     there, rows = {key[:3] for key in benign.index}, []
-    for key, group in worlds[~twin].groupby(_KEY, sort=False):
-        names = dict(zip(_KEY, key, strict=True))
+    for key, group in worlds[~twin].groupby(WORLD_KEY, sort=False):
+        names = dict(zip(WORLD_KEY, key, strict=True))
         place = names["scenario"], names["on_alarm"]
         # Where nobody is steered without an attack, one benign world is the twin of all defences.
         of = names["defence"] if (*place, names["defence"]) in there else UNDEFENDED
@@ -37,19 +34,27 @@ def effects_table(worlds: pd.DataFrame, confidence: float = 0.95) -> pd.DataFram
         for measure in MEASURES:
             without = twins[measure].to_numpy(np.float64)[paired]
             difference = group[measure].to_numpy(np.float64)[paired] - without
-            low, high = _interval(difference, confidence)
+            low, high = mean_interval(difference, confidence)
             mean = (difference.mean(), without.mean()) if len(difference) else (np.nan, np.nan)
             row |= {f"twin_{measure}": mean[1], measure: mean[0], f"{measure}_low": low, f"{measure}_high": high}
         rows.append(row)
     columns = [f"{before}{measure}{after}" for measure in MEASURES for before, after in _PARTS]
-    return pd.DataFrame(rows, columns=[*_KEY, "seeds", *columns])
+    return pd.DataFrame(rows, columns=[*WORLD_KEY, "seeds", *columns])
+
+
+def with_collision_rates(worlds: pd.DataFrame) -> pd.DataFrame:
+    """Return worlds under the names of their scenarios, with collisions in 1,000 vehicle-kilometres."""
+    return worlds.assign(
+        scenario=[scenario_of_world(name) for name in worlds["scenario"]],
+        collisions_per_1000_vkm=1000.0 * worlds["collisions"] / worlds["vehicle_km"].clip(lower=1e-9),
+    )
 
 
 _PARTS = (("twin_", ""), ("", ""), ("", "_low"), ("", "_high"))
 
 
-def _interval(values: Floats, confidence: float) -> tuple[float, float]:
-    """Return the interval of the mean by bootstrap, NaN where there are fewer than two values."""
+def mean_interval(values: Floats, confidence: float = 0.95) -> tuple[float, float]:
+    """Return the interval of the mean of (n,) seeds by bootstrap, NaN where there are fewer than two."""
     if len(values) < 2:
         return float("nan"), float("nan")
     draws = np.random.default_rng(_SEED).integers(0, len(values), (_RESAMPLES, len(values)))

@@ -31,8 +31,8 @@ TABLES = (
 LARGE_TABLES = ("events", "vehicles", "places")
 # Of a log: figures of its sensors' errors, and the tape of those of its receiver.
 LOG_ERRORS, LOG_TAPE = "errors", "gnss.tape.npz"
-# Of the closed loop: a row a world, a row a collision, and what attacks do to the traffic.
-WORLD_TABLES, EFFECTS = ("worlds", "collisions"), "effects"
+# Of the closed loop: a row a world, a row a collision, what is kept for the report; and what attacks do to traffic.
+WORLD_TABLES, EFFECTS = ("worlds", "collisions", "crashes", "standing", "jams"), "effects"
 # Before the name of a table over all seeds of a scenario.
 POOLED_PREFIX = "pooled_"
 STEP_LOG = "steps.parquet"
@@ -123,4 +123,5 @@ def read_table(folder: Path, name: str) -> pd.DataFrame:
     texts += [
         f"{prefix}{column}" for prefix in ("", "start_", "detection_", "departure_") for column in ("edge", "lane")
     ]
+    texts += ["plan", "on_alarm", "kind", "other_id", "road"]
     return pd.read_csv(folder / f"{name}.csv", dtype=dict.fromkeys(texts, str), keep_default_na=False, na_values=[""])

@@ -15,11 +15,21 @@ COLLISION_COLUMNS = (
     *("time_s", "x_m", "y_m", "longitude", "latitude", "vehicle_id", "other_id", "kind", "closing_mps"),
     *("attacked", "other_attacked", "displacement_m"),
 )
+# Of what is kept for the report, beside the columns of the world.
+KEPT_COLUMNS = {
+    "crashes": (
+        *("kind", "closing_mps", "crash_s", "vehicle_id", "time_s", "x_m", "y_m", "yaw_rad", "speed_mps", "length_m"),
+        *("width_m", "displacement_m", "estimate_x_m", "estimate_y_m", "attacked", "alarm"),
+    ),
+    "standing": ("road", "standing_s"),
+    "jams": ("road", "length_m", "time_s", "vehicle", "position_m", "speed_mps", "stopped", "attacked"),
+}
 STORY_COLUMNS = (
     *("displaced_max_m", "true_outcome", "true_outcome_s", "open_loop_outcome"),
     *("crash_s", "crash_kind", "stood_s", "released_s"),
 )
 WRECK, ONCOMING = "wreck", "oncoming"
+COLLISION_KINDS = (ONCOMING, "crossing", "same", WRECK)
 
 
 @dataclass(frozen=True)
@@ -71,6 +81,14 @@ def write_world(folder: Path, key: WorldKey, end: WorldEnd, step_s: float) -> No
     events = _with_stories(read_table(folder, "events"), end.stories, key.defence)
     with whole(folder / "events.csv") as partial:
         write_frame(events, partial)
+
+
+def write_kept(folder: Path, key: WorldKey, tables: Mapping[str, Sequence[Mapping[str, Any]]]) -> None:
+    """Write the tables of what is kept of a world, by their names in `KEPT_COLUMNS`."""
+    for name, columns in KEPT_COLUMNS.items():
+        rows = [vars(key) | dict(row) for row in tables[name]]
+        with whole(folder / f"{name}.csv") as partial:
+            write_frame(pd.DataFrame(rows, columns=[*vars(key), *columns]), partial)
 
 
 def _figures(end: WorldEnd, step_s: float) -> dict[str, Any]:

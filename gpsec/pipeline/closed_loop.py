@@ -15,9 +15,11 @@ from gpsec.encounters.encounters import SLOW_MPS, EncounterRules, Encounters, Me
 from gpsec.encounters.meeting import Kind
 from gpsec.hdmap.map import HDMap
 from gpsec.outcomes.displaced import reached
+from gpsec.outcomes.moments import Crash, RoadMoment
 from gpsec.outcomes.state import OFF_ROAD, OUT_OF_LANE
 from gpsec.outcomes.true_outcomes import TrueOutcomes, TrueStep
-from gpsec.outcomes.worlds import WorldEnd, WorldKey, write_world
+from gpsec.outcomes.worlds import WRECK, WorldEnd, WorldKey, write_kept, write_world
+from gpsec.pipeline.kept import FleetNow, Kept
 from gpsec.pipeline.loop import Loop
 from gpsec.pipeline.on_the_road import numbers, people_of
 from gpsec.scenario import Scenario
@@ -74,7 +76,7 @@ class ClosedLoop:
         )
         self._encounters = Encounters(EncounterRules(step_s, section.oncoming_reaction_s, section.wreck_s))
         self._happened = TrueOutcomes(step_s, 0.0)
-        self._met: Met | None = None
+        self._kept = Kept(hd_map, step_s)
         self._state = _RoadState(len(hd_map.lane_ids))
         self._names: dict[int, str] = {}
         self._collisions: list[dict[str, Any]] = []
@@ -94,8 +96,11 @@ class ClosedLoop:
             self._names[departure.row] = departure.vehicle_id
             self._happened.totals.arrived -= departure.first_id != departure.vehicle_id  # it has only gone on
         self._encounters.forget(np.concatenate([gone, numbers(new, others=False)]))
+        self._kept.enter(numbers(new, others=False))
         if frame.carried is not None:
-            self._encounters.forget(numbers(frame.carried.others.entered, others=True))
+            entered = numbers(frame.carried.others.entered, others=True)
+            self._encounters.forget(entered)
+            self._kept.enter(entered)
         if len(new):
             self._steering.enter(new)
             self._happened.enter(new)
@@ -118,19 +123,19 @@ class ClosedLoop:
         ours = (driven & off_path) | state.braking[rows]
         party = people_of(rows, vehicles, carried.others, ours, driven & found[:, OUT_OF_LANE])
         met = self._encounters.update(frame.step, party)
-        self._note(frame, people, found, wishes, party, met)
+        self._note(frame, people, found, wishes, met)
+        if self._kept.due(frame.step) or len(met.hits.first):
+            self._keep(frame, party, met, self._fleet_now(loop, answers, people))
         count = len(rows)
         state.wrecked[rows], state.braking[rows] = met.wrecked[:count], met.braking[:count]
         return self._commands(rows, found, wishes, met, carried)
 
     def _drivers(self, step: int, rows: Ints, loop: Loop, answers: Answers) -> Drivers:
-        tracks, vehicles, acting = loop.tracks, loop.vehicles, self._acting
-        of_vehicle = np.full(len(vehicles.lane), -1, np.int32)
-        of_vehicle[tracks.vehicle[loop.track_rows]] = loop.track_rows
-        track = of_vehicle[rows]
+        tracks, vehicles = loop.tracks, loop.vehicles
+        track = _tracks_of(rows, loop)
         able = self._able[vehicles.profile[rows]]
-        off_m = answers.estimate_m[track, acting.defence] - vehicles.rear_m[rows]
-        alarm = answers.alarm[track, acting.detector]
+        off_m = answers.estimate_m[track, self._acting.defence] - vehicles.rear_m[rows]
+        alarm = answers.alarm[track, self._acting.detector]
         if self._injected > 0.0:
             alarm = alarm | (uniforms(vehicles.key[rows], INJECTED_ALARM, step) < self._injected)
         along = unit_vectors(vehicles.lane_yaw_rad[rows])
@@ -161,7 +166,27 @@ class ClosedLoop:
         offset_m = np.where(meant, steered.offset_m[rows], 0.0)
         return reached(offset_m, loop.vehicles.width_m[rows], self._state.path[rows], self._map.sides)
 
-    def _note(self, frame: Frame, people: Drivers, found: Flags, wishes: Wishes, party: People, met: Met) -> None:
+    def _fleet_now(self, loop: Loop, answers: Answers, people: Drivers) -> FleetNow:
+        rows, steered = people.rows, self._steering.now
+        estimate_m = answers.estimate_m[_tracks_of(rows, loop), self._acting.defence]
+        return FleetNow(
+            lane=self._state.path[rows],
+            off_m=estimate_m - loop.vehicles.rear_m[rows],
+            displaced_m=np.where(steered.driven[rows], steered.offset_m[rows], 0.0),
+            attacked=people.attacked,
+            alarm=people.alarm,
+            brakes=steered.driven[rows] & (steered.brake_mps2[rows] > 0.0),
+        )
+
+    def _keep(self, frame: Frame, party: People, met: Met, fleet: FleetNow) -> None:
+        """Write down the hits of a step, and keep what the report shows of it."""
+        now = self._kept.moment(frame.time_s, party, fleet, met.wrecked)
+        for at in range(len(met.hits.first)):
+            self._collide(frame, now, met, at)
+        if self._kept.due(frame.step):
+            self._kept.see(now)
+
+    def _note(self, frame: Frame, people: Drivers, found: Flags, wishes: Wishes, met: Met) -> None:
         rows, steered = frame.rows, self._steering.now
         driven = steered.driven[rows]
         reacts = driven & steered.reacts[rows] & (steered.follow[rows] == Follow.LANE)
@@ -181,10 +206,8 @@ class ClosedLoop:
         self._critical[1] += met.critical_drac
         self._surplus[0] += int((np.abs(frame.carried.surplus_m) > SURPLUS_M).sum()) if frame.carried else 0
         self._surplus[1] += len(wishes.rows)
-        for at in range(len(met.hits.first)):
-            self._collide(frame, party, met, at)
 
-    def _collide(self, frame: Frame, party: People, met: Met, at: int) -> None:
+    def _collide(self, frame: Frame, now: RoadMoment, met: Met, at: int) -> None:
         """Write down a hit, the attacked vehicle first where there is one."""
         hits, count = met.hits, len(frame.rows)
         pair = [int(hits.first[at]), int(hits.second[at])]
@@ -194,8 +217,11 @@ class ClosedLoop:
         names = [self._name(frame, place) for place in pair]
         steered = self._steering.now
         offset_m = [float(steered.offset_m[frame.rows[place]]) if place < count else 0.0 for place in pair]
-        x_m, y_m = (float(np.mean(axis[pair])) for axis in (party.bodies.x_m, party.bodies.y_m))
-        slow = bool(hits.closing_mps[at] < SLOW_MPS)
+        x_m, y_m = (float(np.mean(axis[pair])) for axis in (now.x_m, now.y_m))
+        kind, closing_mps = _KINDS[int(hits.kind[at])], float(hits.closing_mps[at])
+        slow = closing_mps < SLOW_MPS
+        if not slow and kind != WRECK:
+            self._kept.tell(Crash(kind, closing_mps, names, pair), now)
         for place in pair:
             if place < count and not slow:
                 self._happened.crash(frame.step, int(frame.rows[place]), int(hits.kind[at]))
@@ -206,8 +232,8 @@ class ClosedLoop:
                 "y_m": y_m,
                 "vehicle_id": names[0],
                 "other_id": names[1],
-                "kind": _KINDS[int(hits.kind[at])],
-                "closing_mps": float(hits.closing_mps[at]),
+                "kind": kind,
+                "closing_mps": closing_mps,
                 "attacked": under[0],
                 "other_attacked": under[1],
                 "displacement_m": offset_m[0],
@@ -269,13 +295,23 @@ class ClosedLoop:
             surplus_share=self._surplus[0] / max(self._surplus[1], 1),
         )
         write_world(folder, self._key, end, self._step_s)
+        write_kept(folder, self._key, self._kept.tables)
         return {
+            "net": {"projection": projector.definition, "offset_m": list(projector.offset_m)},
             "teleports": carried.teleports if carried else 0,
             "steered_vehicle_steps": self._surplus[1],
             "command_us_per_steered_vehicle_step": 1e6
             * (carried.spent_s if carried else 0.0)
             / max(self._surplus[1], 1),
         }
+
+
+def _tracks_of(rows: Ints, loop: Loop) -> Ints:
+    """Return (n,) the one track of each vehicle row."""
+    tracks = loop.tracks
+    of_vehicle = np.full(len(loop.vehicles.lane), -1, np.int32)
+    of_vehicle[tracks.vehicle[loop.track_rows]] = loop.track_rows
+    return of_vehicle[rows]
 
 
 def blind_off_the_lane(rows: Ints, vehicles: Vehicles) -> None:

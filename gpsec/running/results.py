@@ -21,6 +21,7 @@ from gpsec.outcomes.seeds import POOLED
 from gpsec.outcomes.stated import check_stated
 from gpsec.outcomes.steps import read_steps
 from gpsec.outcomes.tables import LARGE_TABLES, MAP, POOLED_PREFIX, STEP_LOG, TABLES, whole
+from gpsec.outcomes.world_columns import read_worlds
 from gpsec.running.workshop import settle
 from gpsec.types.constants import MANIFEST
 
@@ -68,6 +69,7 @@ class Results:
         scenarios: manifests of the scenarios in it.
         tables: by name; each is an attribute too.
         unfinished: name -> reason of scenarios that were part of the run and are not in the tables.
+        worlds: tables of the closed loop by name (``worlds``, ``effects``, ``collisions``, …); none in open loop.
         changed: name -> ``changed``, ``missing`` or ``added`` of tables that are not what the run has written; none
             where it is of a version that kept no digests.
 
@@ -78,6 +80,7 @@ class Results:
     tables: Mapping[str, pd.DataFrame]
     unfinished: dict[str, str] = field(default_factory=dict)
     changed: dict[str, str] = field(default_factory=dict)
+    worlds: Mapping[str, pd.DataFrame] = field(default_factory=dict)
 
     @property
     def detection(self) -> pd.DataFrame:
@@ -241,7 +244,8 @@ def load(folder: Path | str) -> Results:
         raise GpsecError(f"{place}: expected the folder of a run, found no {MANIFEST} in it")
     check_stated(place, stated)
     tables = {name: read_checked(place, name) for name in TABLES}
-    check_together(place, [each["scenario"] for each in stated["scenarios"]], tables)
+    worlds = read_worlds(place)
+    check_together(place, [each["scenario"] for each in stated["scenarios"]], tables, forks=not worlds)
     for table in tables.values():
         _categorised(table)
     run = Results(
@@ -250,6 +254,7 @@ def load(folder: Path | str) -> Results:
         tables,
         {entry["scenario"]: entry["reason"] for entry in stated.get("unfinished", [])},
         _changed(place, stated_digests(place, stated)),
+        worlds,
     )
     for each in run.scenarios:
         run.map(each["scenario"])

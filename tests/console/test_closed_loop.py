@@ -38,6 +38,11 @@ def test_worlds_are_run_shown_and_resumed(tmp_path):
     assert int(worlds[2]["attacked"]) > 0
     (effect,) = rows(out / "effects.csv")
     assert (effect["scenario"], effect["plan"], effect["seeds"]) == ("slow_curve", "drift", "2")
+    assert "gpsec: report:" in ran.stderr
+    page = (out / "report.html").read_bytes()
+    made = subprocess.run([sys.executable, "-m", "gpsec", "report", str(out)], capture_output=True, check=False)
+    assert (made.returncode, made.stderr) == (0, b"")
+    assert (out / "report.html").read_bytes() == page
     again = gpsec(*asked, "--resume")
     assert again.returncode == 0
     assert "running" not in again.stderr

@@ -9,7 +9,15 @@ from gpsec.outcomes.displaced import reached
 from gpsec.outcomes.effects import MEASURES, effects_table
 from gpsec.outcomes.tables import write_frame
 from gpsec.outcomes.true_outcomes import TrueOutcomes, TrueStep, WorldTotals
-from gpsec.outcomes.worlds import COLLISION_COLUMNS, STORY_COLUMNS, WorldEnd, WorldKey, write_world
+from gpsec.outcomes.worlds import (
+    COLLISION_COLUMNS,
+    KEPT_COLUMNS,
+    STORY_COLUMNS,
+    WorldEnd,
+    WorldKey,
+    write_kept,
+    write_world,
+)
 
 from .test_dictionary import README, documented
 
@@ -164,6 +172,9 @@ def test_the_tables_have_the_columns_that_are_described(tmp_path):
     collisions = pd.read_csv(tmp_path / "collisions.csv")
     assert list(collisions.columns) == documented("collisions.csv")
     assert len(collisions) == 2
+    write_kept(tmp_path, WorldKey("a", 1, "drift", "c+d", "stop"), {name: [] for name in KEPT_COLUMNS})
+    for name in KEPT_COLUMNS:
+        assert list(pd.read_csv(tmp_path / f"{name}.csv").columns) == documented(f"{name}.csv")
     told = pd.read_csv(tmp_path / "events.csv")
     assert told["open_loop_outcome"].tolist()[:2] == ["off_road", "off_road"]
     assert told["displaced_max_m"].isna().tolist() == [False, False, True]

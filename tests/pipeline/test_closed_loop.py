@@ -94,6 +94,13 @@ def test_a_stop_on_an_alarm_stops_the_vehicle(repository, tmp_path):
     assert found["stops"] == found["attacked"] > 8
     stories = pd.read_csv(folder / "events.csv")
     assert (stories["stood_s"] > 1.0).sum() > 4
+    jam, stood = pd.read_csv(folder / "jams.csv"), pd.read_csv(folder / "standing.csv")
+    halted = jam[jam["stopped"] & (jam["speed_mps"] == 0.0)]
+    assert len(halted) > 10
+    assert jam["position_m"].between(0.0, jam["length_m"]).all()
+    assert set(jam["road"]) <= set(stood["road"])
+    at_rest = halted.groupby("vehicle")["position_m"]
+    assert (at_rest.max() - at_rest.min()).max() < 0.1
 
 
 def test_false_alarms_come_at_the_rate_that_is_asked_for(repository, tmp_path):

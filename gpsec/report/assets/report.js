@@ -231,11 +231,13 @@
   addEventListener("beforeprint", () => {
     former = root.dataset.theme;
     root.dataset.theme = "light";
+    document.body.style.width = "44rem"; // figures are drawn for it: a page of A4 or Letter is hardly wider
     all(".panel").forEach((panel) => { panel.dataset.was = panel.hidden ? "1" : ""; panel.hidden = false; });
     draw();
   });
   addEventListener("afterprint", () => {
     if (former) root.dataset.theme = former; else delete root.dataset.theme;
+    document.body.style.width = "";
     all(".panel").forEach((panel) => { panel.hidden = panel.dataset.was === "1"; });
     draw();
   });
