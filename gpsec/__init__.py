@@ -14,8 +14,10 @@ if TYPE_CHECKING:
     from gpsec.core.progress import Progress
     from gpsec.running.api import check, read_scenario, run
     from gpsec.running.checking import Checked
-    from gpsec.running.results import Results, load, unit
+    from gpsec.running.results import Results, unit
     from gpsec.scenario import Scenario
+    from gpsec.sweeps.api import sweep
+    from gpsec.sweeps.results import Sweep, load
     from gpsec.training import TrainingProgress, calibrate, train
 
 __all__ = [
@@ -25,6 +27,7 @@ __all__ = [
     "Progress",
     "Results",
     "Scenario",
+    "Sweep",
     "TrainingProgress",
     "__version__",
     "calibrate",
@@ -32,6 +35,7 @@ __all__ = [
     "load",
     "read_scenario",
     "run",
+    "sweep",
     "train",
     "unit",
 ]
@@ -41,8 +45,10 @@ _HOMES = {
     "gpsec.core.progress": ("Progress",),
     "gpsec.running.api": ("check", "read_scenario", "run"),
     "gpsec.running.checking": ("Checked",),
-    "gpsec.running.results": ("Results", "load", "unit"),
+    "gpsec.running.results": ("Results", "unit"),
     "gpsec.scenario": ("Scenario",),
+    "gpsec.sweeps.api": ("sweep",),
+    "gpsec.sweeps.results": ("Sweep", "load"),
     "gpsec.training": ("TrainingProgress", "calibrate", "train"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}

@@ -16,9 +16,9 @@ CHECKS = chain(ATTACK_CHECKS, DETECTOR_CHECKS, PROFILE_CHECKS, RESPONSE_CHECKS, 
 RULES = {name for name, kinds in Counter(check.__name__ for check in CHECKS).items() if kinds > 1}
 
 # Names that have the same meaning wherever they are defined.
-SAME_ROLE = {"main", "T", "check", "run", "train", "calibrate", "replay", *RULES}
+SAME_ROLE = {"main", "T", "check", "run", "train", "calibrate", "replay", "sweep", "load", *RULES}
 """A program's entry point; a type variable; a command and the function that does it in Python; a rule that several
-kinds of parts keep."""
+kinds of parts keep; what reads the results of a run, and that of a run or a sweep."""
 
 
 def test_a_public_name_has_one_home() -> None:

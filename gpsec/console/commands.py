@@ -21,6 +21,7 @@ from gpsec.console.run import run
 from gpsec.console.schema import schema
 from gpsec.console.show import show
 from gpsec.console.stress import stress
+from gpsec.console.sweep import sweep
 from gpsec.console.trace import trace
 from gpsec.console.train import train
 from gpsec.console.verify import verify
@@ -83,6 +84,7 @@ def gpsec(
       gpsec run scenarios/town scenarios/highway --out results/both
       gpsec check scenarios/town
       gpsec import town.xodr
+      gpsec sweep plan.toml
       gpsec list attacks
     """  # noqa: D301
 
@@ -107,6 +109,7 @@ _COMMANDS: dict[str, Callable[..., int | None]] = {
     "calibrate": calibrate,
     "paper": paper,
     "stress": stress,
+    "sweep": sweep,
 }
 for _name, _command in _COMMANDS.items():
     app.command(_name)(_command)

@@ -15,6 +15,7 @@ ABOVE = frozenset(
         "report",
         "paper",
         "running",
+        "sweeps",
         "testing",
         "training",
         "imaging",

@@ -38,9 +38,14 @@ def pooled_tables(tables: _Tables, bootstrap: Bootstrap) -> dict[str, pd.DataFra
     for base, members in runs.items():
         if len(members) > 1:
             mine = {name: table[table["scenario"].isin(members)] for name, table in tables.items()}
-            for name, table in _Pool(base, mine, bootstrap).tables().items():
+            for name, table in pooled(base, mine, bootstrap).items():
                 found[name].append(table)
     return {name: pd.concat(parts, ignore_index=True) for name, parts in found.items() if parts}
+
+
+def pooled(base: str, tables: _Tables, bootstrap: Bootstrap) -> dict[str, pd.DataFrame]:
+    """Return `POOLED` of runs that are all of the scenario `base`; `tables` are as in `pooled_tables`."""
+    return _Pool(base, tables, bootstrap).tables()
 
 
 class _Pool:
@@ -152,12 +157,12 @@ class _Group:
             return row | {"note": notes.iloc[0]}
         ones = np.ones(len(mine))
         for place, outcome in enumerate(OUTCOMES):
-            reached = _reached(mine["outcome"], place)
+            came_to = reaches(mine["outcome"], place)
             row[outcome] = int(stated[outcome].sum())
-            row |= self._ratio(f"{outcome}_share", mine, reached, ones)
+            row |= self._ratio(f"{outcome}_share", mine, came_to, ones)
             row[f"{outcome}_share"] = row[outcome] / len(mine) if len(mine) else np.nan
             if place < 2 and self._attacked:
-                caused = reached.astype(np.float64) - _reached(mine["twin_outcome"], place)
+                caused = came_to.astype(np.float64) - reaches(mine["twin_outcome"], place)
                 row |= self._ratio(f"{outcome}_caused_share", mine, caused, ones)
         return row
 
@@ -183,7 +188,7 @@ class _Group:
         return {name: float(total.value), f"{name}_lo": float(cells(low)), f"{name}_hi": float(cells(high))}
 
 
-def _reached(outcome: "pd.Series[Any]", place: int) -> Flags:
+def reaches(outcome: "pd.Series[Any]", place: int) -> Flags:
     """Return whether the worst outcome is that of a place in `OUTCOMES`, or implies it: worse than out of lane does."""
     worst = outcome.to_numpy(object)
     implied = OUTCOMES[place:] if place < 2 else OUTCOMES[place : place + 1]
