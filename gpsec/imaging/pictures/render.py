@@ -1,7 +1,7 @@
 """Front views of any vehicle: road, paint, other vehicles, light, rain, lens and sensor."""
 
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -85,9 +85,9 @@ class Renderer:
                 shadows = np.full(picture.shape[:2], 255, np.uint8) if shadows is None else shadows
                 cv2.fillPoly(shadows, [points], int(255 * _SHADE_LIGHT), cv2.LINE_8, _SHIFT)
             elif kind == SURFACE:
-                cv2.fillPoly(picture, [points], self._tone(kind, 1.0), cv2.LINE_8, _SHIFT)
+                cv2.fillPoly(picture, [points], _tone(weather, kind, 1.0), cv2.LINE_8, _SHIFT)
             else:
-                cv2.fillPoly(picture, [points], self._tone(kind, share), cv2.LINE_AA, _SHIFT)
+                cv2.fillPoly(picture, [points], _tone(weather, kind, share), cv2.LINE_AA, _SHIFT)
         if shadows is not None:
             soft = cv2.blur(shadows, (5, 3))
             cv2.multiply(picture, cv2.merge([soft, soft, soft]), picture, 1.0 / 255.0)
@@ -103,18 +103,6 @@ class Renderer:
         a, b = a + inwards, b - inwards
         fixed = [np.clip(np.round(ends * (1 << _SHIFT)), -1e6, 1e6).astype(np.int32) for ends in (a, b)]
         return fixed[0], fixed[1]
-
-    def _tone(self, kind: int, share: float) -> tuple[int, int, int]:
-        weather = self.weather
-        road = np.full(3, weather.asphalt)
-        tone = {
-            SURFACE: road,
-            WHITE_PAINT: np.full(3, weather.white),
-            YELLOW_PAINT: weather.white * np.array([0.25, 0.78, 1.0]),
-            SEAM: 0.55 * road,
-        }[kind]
-        blue, green, red = (share * tone + (1.0 - share) * road).round().astype(int).tolist()
-        return blue, green, red
 
     @cached_property
     def _distance_m(self) -> Floats:
@@ -184,3 +172,17 @@ class Renderer:
         row, column = draw.integers(0, _TILE), draw.integers(0, 64)
         for name, change in (("up", cv2.add), ("down", cv2.subtract)):
             change(picture, self._noise[name][row : row + height, column : column + width], picture)
+
+
+@cache
+def _tone(weather: Weather, kind: int, share: float) -> tuple[int, int, int]:
+    """Return blue, green and red of a strip, of which that share is left; the rest is road."""
+    road = np.full(3, weather.asphalt)
+    tone = {
+        SURFACE: road,
+        WHITE_PAINT: np.full(3, weather.white),
+        YELLOW_PAINT: weather.white * np.array([0.25, 0.78, 1.0]),
+        SEAM: 0.55 * road,
+    }[kind]
+    blue, green, red = (share * tone + (1.0 - share) * road).round().astype(int).tolist()
+    return blue, green, red
