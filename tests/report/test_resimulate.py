@@ -51,6 +51,25 @@ def test_chosen_vehicles_alone_are_the_same_to_the_last_bit(logged):
     pd.testing.assert_frame_equal(a, b[b["time_s"] <= last].reset_index(drop=True), check_exact=True)
 
 
+@pytest.mark.parametrize(
+    "camera",
+    [('fleet.camera.visibility="place"',), ('fleet.camera.source="image"', "fleet.camera.image_share=0.1")],
+    ids=["by place", "pictures"],
+)
+def test_cameras_that_see_other_vehicles_have_them_about(repository, tmp_path, camera):
+    sets = (*CHANGES, "duration_s=25", "log_steps=true", *camera)
+    scenario = load_scenario(repository / "scenarios" / "slow_curve", [parse_set(change) for change in sets])
+    run_scenario(scenario, tmp_path, lambda progress: None)
+    run = load(tmp_path)
+    seeing = sorted(run.manifest("slow_curve")["pixels"].get("vehicles", {}))
+    vehicles = (seeing or sorted(run.vehicles["vehicle_id"].unique()))[:3]
+    assert vehicles
+    found = simulate(run, {"slow_curve": vehicles}, lambda progress: None)["slow_curve"]
+    keys = ["vehicle_id", "plan", "time_s"]
+    a, b = (steps.sort_values(keys, ignore_index=True) for steps in (found, run.steps("slow_curve", vehicles)))
+    pd.testing.assert_frame_equal(a, b[b["time_s"] <= a["time_s"].max()].reset_index(drop=True), check_exact=True)
+
+
 def unattacked(run):
     """Vehicles without an event."""
     return [name for name in run.vehicles["vehicle_id"].unique() if name not in set(run.events["vehicle_id"])]
