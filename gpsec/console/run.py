@@ -107,6 +107,7 @@ def run(
       gpsec run scenarios/* --out results/all --overwrite
       gpsec run scenarios/* --out results/all --resume
       gpsec run scenarios/town --gui --gui-plan spoofed_quarter --gui-defence lstm_glr+ukf
+      gpsec run scenarios/town --closed-loop --gui
       gpsec run somewhere/else.sumocfg --set 'plans=[{attack="drift", share=0.2}]'
       gpsec run scenarios/town --part mine.py:Zigzag --set 'plans=[{attack="zigzag"}]'
     """  # noqa: D301
@@ -117,8 +118,6 @@ def run(
     from gpsec.scenario.overrides import Override
 
     closed_loop = closed_loop or inject_false_alarms is not None
-    if closed_loop and gui:
-        raise GpsecError("--closed-loop: expected it without --gui")
     shown = live_run(scenarios, gui, gui_plan, gui_defence, gui_delay)
     flags = {
         ("seed",): (seed, f"--seed {seed}"),
@@ -142,7 +141,9 @@ def run(
             raise GpsecError(f"--seeds {seeds}: expected it without {'--gui' if gui else '--seed'}")
         if not closed_loop:
             found = [one for scenario in found for one in with_seeds(scenario, parse_seeds(seeds))]
-    if closed_loop:
+    if closed_loop and gui:
+        found, shown = _shown_world(found[0], gui_plan, gui_defence, gui_delay)
+    elif closed_loop:
         found = [world for one in found for world in _worlds(one, seed, parse_seeds(seeds) if seeds else ())]
     return _run(found, output, jobs or cores(), shown)
 
@@ -179,6 +180,19 @@ def _worlds(scenario: "Scenario", seed: int | None, seeds: Sequence[int]) -> "li
         stated = "seeds" in scenario.closed_loop.model_fields_set
         seeds = range(1, 1 + (scenario.closed_loop.seeds if stated else _FIRST_LOOK_SEEDS))
     return with_worlds(scenario, seeds or [scenario.seed])
+
+
+def _shown_world(
+    scenario: "Scenario", plan: str | None, defence: str | None, delay_ms: float | None
+) -> "tuple[list[Scenario], Run]":
+    """Return the world that is shown, with its own seed, and what shows it."""
+    from gpsec.pipeline.live import DELAY_MS, LiveRun
+    from gpsec.scenario.worlds import shown_world
+
+    found = shown_world(scenario, plan, defence)
+    world = found.closed_loop.world
+    steers = world.defence if world is not None else defence
+    return [found], LiveRun(found.plans[0].name, steers, DELAY_MS if delay_ms is None else delay_ms)
 
 
 def _read(arguments: Sequence[str], overrides: "Sequence[Override]", outside: "Outside") -> "list[Scenario]":

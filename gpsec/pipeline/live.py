@@ -1,6 +1,6 @@
 """A run that is shown in sumo-gui: one plan and one defence, vehicles coloured by what becomes of them."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -33,6 +33,8 @@ COLOURS: tuple[Colour, ...] = (
 # Theirs too, reddish purple.
 GHOST: Colour = (204, 121, 167, 170)
 DELAY_MS = 50.0
+# Vehicles that are nearer to where SUMO draws them are not drawn again.
+_ELSEWHERE_M = 0.05
 
 
 @dataclass(frozen=True)
@@ -51,22 +53,24 @@ class LiveRun:
 
     def __call__(self, scenario: Scenario, folder: Path, report: Report) -> None:
         """Run the scenario; see `run_scenario`."""
-        live = Live(self.plan, self.defence, self.delay_ms)
-        run_scenario(scenario, folder, report, live.start, onlooker=live)
+        closed = scenario.closed_loop.world is not None
+        live = Live(self.plan, self.defence, self.delay_ms, controlled=closed)
+        run_scenario(scenario, folder, report, live.start, onlooker=live, takes_commands=closed)
 
 
 class Live:
     """Tells the window after each step what is to be seen; a `gpsec.pipeline.run.Onlooker`."""
 
-    def __init__(self, plan: str | None, defence: str | None, delay_ms: float) -> None:
+    def __init__(self, plan: str | None, defence: str | None, delay_ms: float, *, controlled: bool = False) -> None:
         self._asked = plan, defence
+        self._controlled = controlled
         self._delay_ms = delay_ms
         self._shown: dict[int, tuple[str, int]] = {}  # vehicle row -> id and state
         self._followed = -1  # vehicle row
 
     def start(self, options: SumoOptions, lane_index: Mapping[str, int], equip: Equip) -> RemoteSession:
         """Start the traffic with a window."""
-        self._session = RemoteSession(options, lane_index, equip, delay_ms=self._delay_ms)
+        self._session = RemoteSession(options, lane_index, equip, delay_ms=self._delay_ms, controlled=self._controlled)
         return self._session
 
     def begin(self, study: Study) -> None:
@@ -98,7 +102,20 @@ class Live:
             ghost,
             GHOST,
             fleet[self._followed].sumo_id if at >= 0 else "",
+            list(self._bodies(view, now, fleet)),
         )
+
+    def _bodies(
+        self, view: StepView, now: Mapping[int, tuple[str, int]], fleet: Mapping[int, Identity]
+    ) -> Iterator[tuple[str, Outline, Colour]]:
+        """Yield who is elsewhere than SUMO has them, in closed loop: where they truly are."""
+        carried = self._session.carried
+        if carried is None:
+            return
+        for row in carried.rows[np.abs(carried.surplus_m) > _ELSEWHERE_M].tolist():
+            if row in now:
+                corners = body_outline(view.vehicles.rear_m[row], view.vehicles, row, view.step_s)
+                yield fleet[row].sumo_id, corners, COLOURS[now[row][1]]
 
     def _follow(self, rows: list[int], attacked: list[bool], now: Mapping[int, tuple[str, int]]) -> int:
         """Return where in `rows` the vehicle is that the view follows: one under attack, until it is out of it."""

@@ -119,13 +119,16 @@ def run_scenario(
     only: Collection[str] | None = None,
     onlooker: Onlooker | None = None,
     logged: LoggedRun | None = None,
+    *,
+    takes_commands: bool = False,
 ) -> None:
     """Run a scenario and write its tables and its manifest into `folder`, which exists.
 
     libsumo allows one simulation per process, and so this can run once at a time in a process. `start` puts other
     traffic, such as a recording, in the place of SUMO. `only` are the ids of vehicles of a former run that are looked
     at again: nobody else is part of the fleet then, and they do as they did. `onlooker` sees every step and
-    changes nothing. `logged` is a log, whose traffic, bodies and sensors are taken.
+    changes nothing. `logged` is a log, whose traffic, bodies and sensors are taken. `takes_commands` says of what
+    `start` starts that its vehicles can be steered.
 
     Raises:
         GpsecError: the scenario cannot be run, or nobody of the fleet departs.
@@ -134,7 +137,7 @@ def run_scenario(
     began = perf_counter()
     report(Progress(scenario.name, stage="loading the net"))
     closed = scenario.closed_loop.world is not None
-    if closed and (start is not None or logged is not None):
+    if closed and ((start is not None and not takes_commands) or logged is not None):
         raise GpsecError(
             f"scenario '{scenario.name}': closed loop: expected SUMO, found a recording, which cannot react"
         )

@@ -94,6 +94,25 @@ def with_worlds(scenario: Scenario, seeds: Sequence[int]) -> list[Scenario]:
     return found
 
 
+def shown_world(scenario: Scenario, plan: str | None, defence: str | None) -> Scenario:
+    """Return the world of a scenario that is shown, with its own seed: the first with an attack, that plan and defence.
+
+    Raises:
+        GpsecError: see `worlds_of`; or there is no such world.
+    """
+    worlds = [world for world in worlds_of(scenario) if world.plan != BENIGN]
+    for option, key, asked in (("--gui-plan", "plan", plan), ("--gui-defence", "defence", defence)):
+        known = list(dict.fromkeys(getattr(world, key) for world in worlds))
+        if asked is not None and asked not in known:
+            raise GpsecError(f"{option}: no world in closed loop has {key} '{shown(asked)}': {nearest(asked, known)}")
+        worlds = [world for world in worlds if asked is None or getattr(world, key) == asked]
+    if not worlds:
+        raise GpsecError("--gui: expected a world with an attack to show, found none")
+    found = _of_world(scenario, 0, worlds[0], scenario.seed)
+    sumo_options(found)
+    return found
+
+
 def _of_world(scenario: Scenario, number: int, world: ClosedWorld, seed: int) -> Scenario:
     closed_loop = scenario.closed_loop.model_copy(update={"worlds": (), "seeds": 1, "world": world})
     return scenario.model_copy(

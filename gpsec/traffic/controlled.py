@@ -31,9 +31,11 @@ class ControlledSession(SumoSession):
     by `LANE_CHANGING`.
     """
 
-    def __init__(self, options: SumoOptions, lane_index: Mapping[str, int], equip: Equip) -> None:
+    def __init__(
+        self, options: SumoOptions, lane_index: Mapping[str, int], equip: Equip, delay_ms: float | None = None
+    ) -> None:
         """Start the simulation; see `SumoSession`."""
-        super().__init__(options, lane_index, equip)
+        super().__init__(options, lane_index, equip, delay_ms)
         self._actuation = Actuation(SumoLanes(lane_index, options.net_file), self.step_s)
         self._bystanders = _Bystanders()
         self._lane: Ints = np.full(1, -1, np.int32)

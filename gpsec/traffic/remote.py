@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Self
 from gpsec.core.errors import GpsecError, MachineError
 from gpsec.core.pipes import PeerGoneError, receive, send
 from gpsec.core.processes import SPAWN, ended_early
-from gpsec.traffic.commands import Commands
+from gpsec.traffic.commands import Carried, Commands
 from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.ring import CAPACITY, DEPTH, Head, Ring
 from gpsec.traffic.serving import Pace, serve
@@ -38,6 +38,7 @@ class RemoteSession:
         warnings: SUMO's, once the frames are over.
         traffic_only: vehicles of each SUMO class that is never equipped, then too.
         look: what is to be seen of the step that was yielded last; None where there is no window.
+        carried: how commands were carried out in that step, None where it takes none.
     """
 
     def __init__(
@@ -62,6 +63,7 @@ class RemoteSession:
         self.warnings: list[str] = []
         self.traffic_only: dict[str, int] = {}
         self.look: Look | None = None
+        self.carried: Carried | None = None
         self._shown, self._controlled = delay_ms is not None, controlled
         self._commands = Commands.none()
         self._ring = Ring(*blocks)
@@ -120,13 +122,18 @@ class RemoteSession:
             frame = head.frame if head.in_ring is None else self._ring.take(head.frame, head.in_ring)
             if not (self._shown or self._controlled):
                 self._send(None)  # its place in the ring is free
+            self.carried = frame.carried
             yield frame
-            if self._shown:
-                self._send(self.look)
-            elif self._controlled:
-                self._send(self._commands)
+            if self._shown or self._controlled:
+                self._send(self._answer())
                 self._commands = Commands.none()
         self.warnings, self.traffic_only = head
+
+    def _answer(self) -> object:
+        """Return what SUMO waits for after a step."""
+        if not self._controlled:
+            return self.look
+        return (self.look, self._commands) if self._shown else self._commands
 
     def command(self, commands: Commands) -> None:
         """Say what is to be done after the step that was yielded last: it acts in the step after the next."""

@@ -93,7 +93,7 @@ def _last_word(
                 send(connection, session.zones(asked))
             send_all = _send_frames if pace.delay_ms is None else _show_frames
             if pace.controlled:
-                send_all = _steer_frames
+                send_all = _steer_frames if pace.delay_ms is None else _show_steered_frames
             send_all(connection, Ring(*blocks), session, asked)
     except GpsecError as error:
         return error
@@ -110,7 +110,7 @@ def _session(options: SumoOptions, lanes: dict[str, int], equip: Equip, pace: Pa
     from gpsec.traffic.session import SumoSession
 
     if pace.controlled:
-        return ControlledSession(options, lanes, equip)
+        return ControlledSession(options, lanes, equip, pace.delay_ms)
     return SumoSession(options, lanes, equip, pace.delay_ms)
 
 
@@ -140,6 +140,19 @@ def _steer_frames(connection: Connection, ring: Ring, session: Any, duration_s: 
         if behind:
             session.command(receive(connection))
         behind = True
+
+
+def _show_steered_frames(connection: Connection, ring: Ring, session: Any, duration_s: float | None) -> None:
+    """Send a step, and wait for what is to be seen of it and for commands, which act as late as without a window."""
+    commands = None
+    for frame in session.frames(duration_s):
+        _send_frame(connection, ring, session, frame)
+        look, following = receive(connection)
+        if look is not None:
+            session.show(look)
+        if commands is not None:
+            session.command(commands)
+        commands = following
 
 
 def _send_frame(connection: Connection, ring: Ring, session: "SumoSession", frame: Frame) -> None:

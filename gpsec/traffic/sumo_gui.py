@@ -14,7 +14,9 @@ Outline = tuple[tuple[float, float], ...]
 GREY: Colour = (150, 150, 150, 255)
 
 _VIEW = "View #0"
-_GHOST = "gpsec.ghost"
+_GHOST, _BODY = "gpsec.ghost", "gpsec.body."
+# Opacity of a vehicle that is elsewhere.
+_FADED = 50
 _ABOVE_ALL = 200
 # What is seen around a vehicle that is followed.
 _AROUND_M = 40.0
@@ -35,12 +37,14 @@ class Look:
         ghost: corners of a body in the net's frame where a vehicle is believed to be, empty for none.
         ghost_colour: of it.
         followed: SUMO's id of the vehicle that the view follows, empty for none.
+        bodies: (SUMO's id, corners, colour) of vehicles that are elsewhere than SUMO has them: where they truly are.
     """
 
     colours: Sequence[tuple[str, Colour]] = ()
     ghost: Outline = ()
     ghost_colour: Colour = GREY
     followed: str = ""
+    bodies: Sequence[tuple[str, Outline, Colour]] = ()
 
 
 class WindowClosedError(Exception):
@@ -59,6 +63,8 @@ class GuiWindow:
 
     def __init__(self) -> None:
         self._followed = ""
+        self._colours: dict[str, Colour] = {}  # of those that are on the road
+        self._elsewhere: set[str] = set()
 
     def show(self, look: Look) -> None:
         """Colour vehicles, move the ghost and follow."""
@@ -68,6 +74,9 @@ class GuiWindow:
         for vehicle_id, colour in (*grey, *look.colours):
             if vehicle_id in present:  # it may have departed and arrived within a step
                 vehicle.setColor(vehicle_id, colour)
+                self._colours[vehicle_id] = colour
+        self._colours = {name: colour for name, colour in self._colours.items() if name in present}
+        self._move_bodies(look)
         self._move_ghost(look)
         if look.followed != self._followed:
             self._follow(look.followed)
@@ -81,6 +90,23 @@ class GuiWindow:
             libsumo.polygon.setShape(_GHOST, look.ghost)
         else:
             libsumo.polygon.add(_GHOST, look.ghost, look.ghost_colour, fill=True, layer=_ABOVE_ALL)
+
+    def _move_bodies(self, look: Look) -> None:
+        """Draw who is elsewhere than SUMO has them, and fade where it has them."""
+        there = {name for name, _, _ in look.bodies} & self._colours.keys()
+        for name in self._elsewhere - there:
+            libsumo.polygon.remove(_BODY + name, _ABOVE_ALL)
+            if name in self._colours:
+                libsumo.vehicle.setColor(name, self._colours[name])
+        for name, corners, colour in look.bodies:
+            if name not in there:
+                continue
+            if name not in self._elsewhere:
+                libsumo.polygon.add(_BODY + name, corners, colour, fill=True, layer=_ABOVE_ALL)
+            libsumo.polygon.setShape(_BODY + name, corners)
+            libsumo.polygon.setColor(_BODY + name, colour)
+            libsumo.vehicle.setColor(name, (*colour[:3], _FADED))
+        self._elsewhere = there
 
     def _follow(self, vehicle_id: str) -> None:
         if _VIEW not in libsumo.gui.getIDList():

@@ -51,7 +51,6 @@ def test_worlds_are_run_shown_and_resumed(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("town", "--closed-loop", "--gui"), "--closed-loop: expected it without --gui"),
         (("town", "--closed-loop", "--profile", "consumer"), "such a vehicle leaves its lane by itself"),
         (("town", "--inject-false-alarms", "some"), "expected numbers such as 0,1,5,25, found 'some'"),
         (("town", "--inject-false-alarms", "-1"), "expected 0 to 3600 a vehicle-hour"),

@@ -30,6 +30,7 @@ from gpsec.pipeline.live import (
 )
 from gpsec.pipeline.run import run_scenario
 from gpsec.scenario import Scenario
+from gpsec.scenario.closed_loop import ClosedWorld
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Vehicles
 
@@ -171,6 +172,29 @@ def test_the_tables_are_the_same_bytes_with_and_without_a_window(town, tmp_path,
     assert len(looks) == 250
     assert any(look.ghost and look.followed for look in looks)
     assert len({colour for look in looks for _, colour in look.colours}) >= 3
+
+
+def test_a_closed_world_is_the_same_with_a_window_in_which_displaced_vehicles_are_drawn(town, tmp_path, display):
+    """Some are elsewhere than SUMO has them: near junctions it keeps them to their lane."""
+    section = town.closed_loop.model_copy(update={"world": ClosedWorld(plan=town.plans[0].name)})
+    world = short(town).model_copy(update={"closed_loop": section, "plans": town.plans[:1]})
+    with_window, without = tmp_path / "with", tmp_path / "without"
+    looks = []
+
+    class Counting(Live):
+        def see(self, view, outcomes, fleet):
+            super().see(view, outcomes, fleet)
+            looks.append(self._session.look)
+
+    for folder in (with_window, without):
+        folder.mkdir()
+    live = Counting(None, None, 0.0, controlled=True)
+    run_scenario(world, with_window, lambda progress: None, live.start, onlooker=live, takes_commands=True)
+    run_scenario(world, without, lambda progress: None)
+    for name in ("worlds", "events", "collisions", "crashes", "vehicles"):
+        assert (with_window / f"{name}.csv").read_bytes() == (without / f"{name}.csv").read_bytes(), name
+    drawn = [body for look in looks for body in look.bodies]
+    assert len({name for name, _, _ in drawn}) >= 1
 
 
 def test_closing_the_window_interrupts_the_run(town, tmp_path, display):

@@ -10,6 +10,7 @@ from gpsec.report.make import write_report
 from gpsec.running.results import load
 
 from .conftest import EVIL
+from .worlds import write_worlds_run
 
 playwright = pytest.importorskip("playwright.sync_api")
 
@@ -119,3 +120,25 @@ def test_everything_is_printed(page):
     page.evaluate("dispatchEvent(new Event('afterprint'))")
     page.emulate_media(media="screen")
     assert page.locator(".panel:visible").count() == 1
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_the_page_of_a_run_in_closed_loop(browser, tmp_path, width):
+    page_file = write_report(load(write_worlds_run(tmp_path / "run")))
+    context = browser.new_context(viewport={"width": width, "height": 900}, offline=True)
+    page, said = context.new_page(), []
+    page.on("console", lambda message: said.append(message.text))
+    page.on("pageerror", lambda error: said.append(str(error)))
+    page.goto(page_file.as_uri())
+    page.wait_for_selector("html[data-ready]")
+    expected = {"overview": ["effects"], "where": ["map"], "road": ["road"]}
+    expected["crash"] = ["crash_path", "crash_beside", "crash_speed"]
+    for tab, keys in expected.items():
+        page.click(f"#tab-{tab}")
+        for key in keys:
+            assert len(drawn(page, key)) > 0, key
+            assert page.locator(f"#{key} .canvas svg.main-svg").count() > 0, key
+        assert page.evaluate("document.documentElement.scrollWidth <= innerWidth"), tab
+    assert page.locator("img").count() == 0
+    assert said == []
+    context.close()

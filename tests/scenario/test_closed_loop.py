@@ -7,7 +7,7 @@ from gpsec.scenario import load_scenario
 from gpsec.scenario.closed_loop import ClosedWorld
 from gpsec.scenario.model import Scenario
 from gpsec.scenario.overrides import parse_set
-from gpsec.scenario.worlds import can_steer, with_false_alarms, with_worlds, worlds_of
+from gpsec.scenario.worlds import can_steer, shown_world, with_false_alarms, with_worlds, worlds_of
 from gpsec.sensors.registry import PROFILES
 
 
@@ -97,6 +97,26 @@ def test_false_alarms_have_worlds_of_their_own_and_one_without(scenario):
     ]
     with pytest.raises(GpsecError, match="expected 0 to 3600 a vehicle-hour, found -1"):
         with_false_alarms(scenario(), [-1.0])
+
+
+def test_the_world_that_is_shown_is_the_first_with_an_attack_or_the_one_that_is_asked_for(scenario):
+    worlds = '[{plan="drift"},{plan="stealth"},{plan="stealth",defence="lstm_glr+ukf"}]'
+    found = scenario(f"closed_loop.worlds={worlds}", "seed=9")
+
+    def world(plan=None, defence=None):
+        one = shown_world(found, plan, defence)
+        assert (one.seed, [plan.name for plan in one.plans]) == (9, [one.closed_loop.world.plan])
+        return one.closed_loop.world.plan, one.closed_loop.world.defence
+
+    assert world() == ("drift", "never+none")
+    assert world("stealth") == ("stealth", "never+none")
+    assert world(defence="lstm_glr+ukf") == ("stealth", "lstm_glr+ukf")
+    with pytest.raises(GpsecError, match=r"--gui-plan: no world .* plan 'sealth': did you mean 'stealth'"):
+        world("sealth")
+    with pytest.raises(GpsecError, match=r"--gui-defence: no world in closed loop has defence 'lstm_glr\+ukf'"):
+        world("drift", "lstm_glr+ukf")
+    with pytest.raises(GpsecError, match="expected a world with an attack to show, found none"):
+        shown_world(with_false_alarms(found, [5.0]), None, None)
 
 
 def test_more_worlds_than_a_machine_can_hold_are_refused(scenario):
