@@ -19,6 +19,7 @@ from gpsec.console.replay import replay
 from gpsec.console.report import report
 from gpsec.console.run import run
 from gpsec.console.schema import schema
+from gpsec.console.search import search
 from gpsec.console.show import show
 from gpsec.console.stress import stress
 from gpsec.console.sweep import sweep
@@ -110,6 +111,7 @@ _COMMANDS: dict[str, Callable[..., int | None]] = {
     "paper": paper,
     "stress": stress,
     "sweep": sweep,
+    "search": search,
 }
 for _name, _command in _COMMANDS.items():
     app.command(_name)(_command)
