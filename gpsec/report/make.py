@@ -12,6 +12,7 @@ from gpsec.report.about import described
 from gpsec.report.deciding import FLEET_HOURS, advice, decision_figure, decision_tables
 from gpsec.report.figure_data import group_name
 from gpsec.report.figures import all_figures
+from gpsec.report.impact import impact_tables
 from gpsec.report.lanes import association_tables
 from gpsec.report.map import map_figure
 from gpsec.report.page import render, write_page
@@ -83,7 +84,7 @@ def write_report(
                 ("safety", safety_tables),
             )
         }
-        | {"association": association_tables(run)},
+        | {"association": association_tables(run), "impact": impact_tables(run)},
         version=__version__,
     )
     write_page(target, page)

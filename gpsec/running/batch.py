@@ -88,10 +88,12 @@ class Batch:
         if not finished:
             return
         from gpsec.outcomes.merging import merge
+        from gpsec.running.impact import write_impact
 
         merged = self._works[folder].folder / ".merged"
         merged.mkdir()
         merge([self._first.folder / name for name in finished], merged)
+        write_impact(merged)
         missing = [scenario.name for scenario in members if scenario.name not in finished]
         if missing:
             _note_missing(merged / MANIFEST, missing, outcome)

@@ -14,7 +14,7 @@ _TABLES = (
     *("worlds", "collisions", "crashes", "standing", "jams", "effects"),
     # Over all seeds.
     *("pooled_detection", "pooled_localization", "pooled_safety"),
-    "errors",
+    *("errors", "impact"),
 )
 _AS_PARQUET = ("events.parquet", "vehicles.parquet", "places.parquet")
 _WRITTEN_BY_RUNS = (MANIFEST, REPORT, *(f"{table}.csv" for table in _TABLES), *_AS_PARQUET)
