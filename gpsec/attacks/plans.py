@@ -36,8 +36,17 @@ def _seconds(value: object) -> tuple[float, float]:
     return float(numbers[0]), float(numbers[1])
 
 
+def _lon_lat(value: object) -> tuple[float, float]:
+    pair = tuple(value) if isinstance(value, list | tuple) else ()
+    numbers = [x for x in pair if isinstance(x, int | float) and not isinstance(x, bool)]
+    if len(pair) != 2 or len(numbers) != 2 or not (abs(numbers[0]) <= 180.0 and abs(numbers[1]) <= 90.0):
+        raise ValueError(f"expected [longitude, latitude] in degrees, found {str(value)[:60]}")
+    return float(numbers[0]), float(numbers[1])
+
+
 _TABLE = {"additionalProperties": True, "default": {}, "title": "Parameters", "type": "object"}
 Seconds = Annotated[tuple[float, float], BeforeValidator(_seconds)]
+Place = Annotated[tuple[float, float], BeforeValidator(_lon_lat)]
 Number = Annotated[float, Strict()]
 Text = Annotated[str, Strict()]
 
@@ -59,6 +68,10 @@ class PlanConfig(BaseModel):
             `flow.*`; empty for all.
         zone: id of a drawn zone, or of a spoofer that follows traffic; the attack then lasts from when a vehicle is in
             it until it leaves it, and `start_after_s` and `duration_s` have no meaning.
+        at: longitude and latitude of a spoofer that stands by the road: who comes within `radius_m` of it is attacked,
+            as in a zone.
+        edge: SUMO's edge in the middle of which it stands, instead of `at`.
+        radius_m: reach of a spoofer `at` a place or on an `edge`.
         begin_s: simulated time before which no attack begins.
         end_s: simulated time at which all attacks end.
         start_after_s: least and most seconds from when a vehicle has settled (and `begin_s` has passed) to its attack.
@@ -74,11 +87,19 @@ class PlanConfig(BaseModel):
     vehicle_types: tuple[Text, ...] = ()
     vehicles: tuple[Text, ...] = ()
     zone: Text | None = None
+    at: Place | None = None
+    edge: Text | None = None
+    radius_m: Annotated[Number, Field(gt=0.0, le=1e6)] | None = None
     begin_s: Annotated[Number, Field(ge=0.0, le=MAX_TIME_S)] = 0.0
     end_s: Annotated[Number, Field(ge=0.0, le=MAX_TIME_S)] | None = None
     start_after_s: Seconds = (0.0, 30.0)
     duration_s: Seconds = (10.0, 30.0)
     parameters: Annotated[SerializeAsAny[Attack], WithJsonSchema(_TABLE)] = Field(default_factory=Attack)
+
+    @property
+    def placed(self) -> bool:
+        """Whether it names the place of a spoofer itself."""
+        return self.at is not None or self.edge is not None
 
     @model_validator(mode="before")
     @classmethod
@@ -106,9 +127,16 @@ class PlanConfig(BaseModel):
             raise ValueError(f"name: '{NO_ATTACK}' is kept for vehicles without an attack")
         if self.end_s is not None and self.end_s <= self.begin_s:
             raise ValueError(f"end_s: expected later than begin_s = {self.begin_s:g}, found {self.end_s:g}")
+        places = [key for key in ("zone", "at", "edge") if getattr(self, key) is not None]
+        if len(places) > 1:
+            raise ValueError(f"{places[1]}: expected one place, found `{places[0]}` beside it")
+        if self.placed != (self.radius_m is not None):
+            here = "none without `at` or `edge`" if self.radius_m is not None else "the reach of the spoofer, in metres"
+            raise ValueError(f"radius_m: expected {here}, found {self.radius_m or 'none'}")
         for key in ("start_after_s", "duration_s"):
-            if self.zone is not None and getattr(self, key) != type(self).model_fields[key].default:
-                raise ValueError(f"{key}: expected none beside a zone, which says when an attack begins and ends")
+            if places and getattr(self, key) != type(self).model_fields[key].default:
+                beside = "a zone" if self.zone is not None else "the place of a spoofer"
+                raise ValueError(f"{key}: expected none beside {beside}, which says when an attack begins and ends")
         return self
 
 

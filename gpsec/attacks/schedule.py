@@ -16,6 +16,8 @@ from gpsec.core.arrays import Flags, Floats, Ints, Keys
 from gpsec.core.errors import GpsecError, nearest, shown
 from gpsec.core.tables import blank
 
+NOWHERE: Mapping[str, Zone] = {}
+"""No plan names its place."""
 SPARED, WAITING, UNDER_ATTACK, ATTACKED = 0, 1, 2, 3
 NEVER = int(np.iinfo(np.int32).max)
 
@@ -178,6 +180,7 @@ def build_plans(
     configs: Sequence[PlanConfig],
     drawn: Sequence[tuple[PlanConfig, Zone]] = (),
     carried: Sequence[tuple[PlanConfig, Zone | None, str]] = (),
+    placed: Mapping[str, Zone] = NOWHERE,
     *,
     config_file: str = "gpsec.toml",
     zone_file: str = "additional file",
@@ -188,6 +191,7 @@ def build_plans(
         configs: of the configuration; one that has a zone takes the area of the drawn zone of that id.
         drawn: as `plans_from_zones` gives them.
         carried: as `plans_from_vehicles` gives them.
+        placed: the zones of plans of the configuration that name their place, by the plan's name.
         config_file: that the former come from, for error messages.
         zone_file: that the latter come from.
 
@@ -198,7 +202,7 @@ def build_plans(
     plans: dict[str, Plan] = {}
     for i, config in enumerate(configs):
         where = f"{config_file}: plans[{i}]"
-        zone = None if config.zone is None else _find(config.zone, zones, where)
+        zone = placed.get(config.name) if config.zone is None else _find(config.zone, zones, where)
         _add(plans, Plan(config, zone), where)
     for config, zone in drawn:
         _add(plans, Plan(config, zone), f"{zone_file}: zone '{shown(zone.zone_id)}'")

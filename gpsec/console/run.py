@@ -67,6 +67,17 @@ def run(
         int | None, typer.Option(min=1, metavar="N", help="Scenarios at a time. [default: the cores there are]")
     ] = None,
     threads: Annotated[int | None, typer.Option(metavar="N", help="Threads of each scenario (threads).")] = None,
+    spoofers: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--spoofer",
+            metavar="LON,LAT,RADIUS_M[,BEGIN,END,ATTACK]",
+            help="A spoofer by the road: attacks (drift unless said) who comes near; can be repeated.",
+        ),
+    ] = None,
+    only_zones: Annotated[
+        bool, typer.Option("--only-zones", help="Only attacks at a place: drawn zones, and those of --spoofer.")
+    ] = False,
     rates: Annotated[
         str | None,
         typer.Option("--rates", metavar="R,R", help="Every defence at each of these false-alarm rates: 1/h,0.1/h."),
@@ -101,6 +112,7 @@ def run(
       gpsec run scenarios/town --duration 120 --seed 7 --profile consumer
       gpsec run scenarios/town --set plans.drift.rate_mps=0.2 --set fleet.equipped_share=0.3
       gpsec run scenarios/town --seeds 1-10 --jobs 2
+      gpsec run scenarios/town --spoofer 10.5272,52.2642,60 --only-zones
       gpsec run scenarios/town --rates 1/h,0.1/h,1e-3/sample
       gpsec run scenarios/town --closed-loop --seeds 1-10 --set closed_loop.on_alarm=stop
       gpsec run scenarios/town --inject-false-alarms 1,5,25 --seeds 1-10
@@ -112,6 +124,7 @@ def run(
       gpsec run scenarios/town --part mine.py:Zigzag --set 'plans=[{attack="zigzag"}]'
     """  # noqa: D301
     from gpsec.console.aftermath import Output
+    from gpsec.console.spoofing import with_spoofers
     from gpsec.core.threads import cores
     from gpsec.running.seeds import parse_seeds, with_seeds
     from gpsec.scenario.outside import Outside
@@ -131,6 +144,8 @@ def run(
     changes += [Override(key, value, flag) for key, (value, flag) in flags.items() if value is not None]
     output = Output(out, overwrite, resume, report, format_ == "parquet", tables)
     found = _read(scenarios, changes, Outside(tuple(part or ()), allow_code))
+    if spoofers or only_zones:
+        found = [with_spoofers(one, spoofers or (), only_zones=only_zones) for one in found]
     if rates is not None:
         found = [_with_rates(one, rates.split(",")) for one in found]
     if inject_false_alarms is not None:

@@ -30,6 +30,7 @@ from gpsec.pipeline.filter_noise import filter_noise
 from gpsec.pipeline.fleet_choice import FleetChoice, run_profiles
 from gpsec.pipeline.loop import LoopSettings, Move, follow_fronts
 from gpsec.pipeline.mismatch import lane_mistakes, map_error, mismatch, seen_by_place, tapes, visibility, zone_files
+from gpsec.pipeline.spoofers import placed_zones
 from gpsec.scenario import Scenario
 from gpsec.scenario.parts import use
 from gpsec.scenario.traffic import sumo_options
@@ -178,7 +179,7 @@ def drawn_zones(session: ZoneSource) -> list[DrawnZone]:
     return session.zones({ATTACK_ZONE: zone_keys(), MULTIPATH_ZONE: MULTIPATH_KEYS})
 
 
-def make_plans(scenario: Scenario, options: SumoOptions, zones: Sequence[DrawnZone]) -> list[Plan]:
+def make_plans(scenario: Scenario, ground: "Ground", options: SumoOptions, zones: Sequence[DrawnZone]) -> list[Plan]:
     """Return the attack plans of the scenario, of the zones that are drawn in it, and those that vehicles carry.
 
     In a world of the closed loop there is its own plan alone.
@@ -191,7 +192,8 @@ def make_plans(scenario: Scenario, options: SumoOptions, zones: Sequence[DrawnZo
     drawn = plans_from_zones(zones, files)
     inputs = (*options.additional_files, *options.route_files)
     carried = plans_from_vehicles(carried_attacks(inputs))
-    plans = build_plans(scenario.plans, drawn, carried, config_file=scenario.name, zone_file=files)
+    placed = placed_zones(scenario.plans, ground.hd_map, scenario.name)
+    plans = build_plans(scenario.plans, drawn, carried, placed, config_file=scenario.name, zone_file=files)
     world = scenario.closed_loop.world
     return plans if world is None else [plan for plan in plans if plan.name == world.plan]
 

@@ -127,7 +127,7 @@ def measure_consistency(scenario: Scenario, profile: str, duration_s: float) -> 
         zones = drawn_zones(session)
         around = make_shared_errors(honest, ground.sensors, ground.hd_map, zones, ground.options)
         settings = loop_settings(honest, ground, session.step_s, around)
-        loop = Loop(settings, make_plans(honest, ground.options, zones)[:1], method)
+        loop = Loop(settings, make_plans(honest, ground, ground.options, zones)[:1], method)
         for frame in session.frames(duration_s):
             loop.step(frame)
         session.close()

@@ -190,7 +190,7 @@ class _Run:
         for note in (*ground.options.notes, *beforehand(ground), *mismatch_note(scenario), *ground.notes):
             self._say(note)
         zones = drawn_zones(session)
-        plans = self.plans = make_plans(scenario, session.options, zones)
+        plans = self.plans = make_plans(scenario, ground, session.options, zones)
         shared = make_shared_errors(scenario, ground.sensors, ground.hd_map, zones, session.options)
         self.places = () if shared is None else shared.places
         defences = [(defence.point, defence.response) for defence in scenario.defences]
