@@ -14,7 +14,9 @@ KINDS = ("attacks", "detectors", "responses", "profiles", "reactions", "dynamics
 
 
 def list_(
-    kind: Annotated[str, typer.Argument(metavar="KIND", help=f"One of {', '.join(KINDS)}.")],
+    kind: Annotated[
+        str | None, typer.Argument(metavar="[KIND]", help=f"One of {', '.join(KINDS)}. [default: list these]")
+    ] = None,
     folder: Annotated[
         Path | None,
         typer.Option("--dir", metavar="DIR", help="Where scenarios are. [default: ./scenarios, and those of gpsec]"),
@@ -25,11 +27,12 @@ def list_(
 
     \b
     Examples:
+      gpsec list
       gpsec list attacks
       gpsec list scenarios --dir scenarios
     """  # noqa: D301
     options.load_given_parts(part)
-    for line in lines(kind, folder):
+    for line in KINDS if kind is None else lines(kind, folder):
         say(line)
 
 

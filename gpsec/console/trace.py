@@ -1,6 +1,7 @@
 """`gpsec trace`: the story of one vehicle."""
 
 from pathlib import Path
+from shlex import quote
 from typing import Annotated
 
 import typer
@@ -13,7 +14,9 @@ from gpsec.core.system import in_a_sentence
 
 def trace(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="The folder of a run.")],
-    vehicle: Annotated[str, typer.Argument(metavar="VEHICLE", help="As in vehicles.csv.")],
+    vehicle: Annotated[
+        str | None, typer.Argument(metavar="[VEHICLE]", help="As in vehicles.csv. [default: name the worst five]")
+    ] = None,
     scenario: Annotated[str | None, typer.Option(metavar="NAME", help="Where a run has several.")] = None,
     attack: Annotated[
         str | None, typer.Option(metavar="PLAN", help="Which of its attacks, or none. [default: the first]")
@@ -28,19 +31,25 @@ def trace(
 
     \b
     Examples:
+      gpsec trace results/town
       gpsec trace results/town car12
       gpsec trace results/fleet-eval car12 --scenario town --attack stealth
     """  # noqa: D301
     from gpsec.console.resimulation import completed
     from gpsec.console.terminal import tables
     from gpsec.report.make import Steps, trace_page, write_trace
-    from gpsec.report.stories import story_of
+    from gpsec.report.stories import story_of, worst_stories
     from gpsec.report.terminal import story_parts
     from gpsec.report.traces import rows_of
     from gpsec.running.results import load
 
     options.load_given_parts(part)
     told = load(run)
+    if vehicle is None:
+        for story in worst_stories(told, scenario):
+            asked = f"--scenario {quote(story.scenario)} --attack {quote(story.attack)}"
+            say(f"gpsec trace {run} {quote(story.vehicle_id)} {asked}")
+        return
     story = story_of(told, vehicle, scenario, attack)
     steps: Steps = {story.scenario: told.steps(story.scenario, [vehicle])}
     steps = completed(told, steps, [(story.scenario, vehicle)], allow_code=allow_code)

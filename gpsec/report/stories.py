@@ -72,6 +72,23 @@ def choose_stories(run: Results, ranked: Sequence[Ranking] | None = None) -> lis
     return stories
 
 
+def worst_stories(run: Results, scenario: str | None = None, most: int = 5) -> list[Story]:
+    """Return the vehicles with the largest errors across the lane, each once: under the first of the best defences.
+
+    Raises:
+        GpsecError: the run has no such scenario.
+    """
+    if scenario is not None:
+        run.manifest(scenario)
+    best = {(each.scenario, each.profile): each.best[0] for each in run.rankings() if each.best}
+    events = run.events if scenario is None else run.events[run.events["scenario"] == scenario]
+    keys = zip(events["scenario"].astype(str), events["profile"].astype(str), strict=True)
+    chosen = events[events["defence"].astype(str).to_numpy() == [best.get(key, UNDEFENDED) for key in keys]]
+    ordered = chosen.dropna(subset=["max_cross_track_m"]).sort_values("max_cross_track_m", ascending=False)
+    worst = ordered.drop_duplicates(["scenario", "vehicle_id"]).head(most)
+    return [_story(run, row, "worst") for row in worst.to_dict("records")]
+
+
 def story_of(run: Results, vehicle_id: str, scenario: str | None = None, attack: str | None = None) -> Story:
     """Return the story of one vehicle: under `attack`, or else the first that it was under, or none.
 

@@ -56,30 +56,42 @@ def story_parts(run: Results, story: Story, rows: pd.DataFrame) -> Iterator[Text
         yield table
     time = rows["time_s"].to_numpy()
     yield Text(f"\n{time[0]:.1f} to {time[-1]:.1f} s" + ("; ^ under attack" if attacked else ""), style="italic")
-    yield Text(f"{'residual':>22} {_curve(rows['residual_m'].abs().to_numpy())}")
+    errors = _errors(rows)
+    residual_m = rows["residual_m"].abs().to_numpy()
+    top_m = max(float(np.nanmax(values, initial=0.0)) for values in (residual_m, *errors.values()))
+    yield Text(f"{'residual':>22} {_curve(residual_m, top_m)}")
     columns = [str(column) for column in rows]
     for name in [column for column in columns if column.endswith("_alarm")]:
         alarms = rows[name].to_numpy(np.float64)
         if alarms.any():
             yield Text(f"{name.removesuffix('_alarm') + ' alarm':>22} {_flags(alarms)}")
-    for defence in [column.removesuffix("_isolated") for column in columns if column.endswith("_isolated")]:
-        away = rows[[f"{defence}_x_m", f"{defence}_y_m"]].to_numpy() - rows[["x_m", "y_m"]].to_numpy()
-        yield Text(f"{defence[-22:]:>22} {_curve(np.hypot(away[:, 0], away[:, 1]))}")
+    for defence, values in errors.items():
+        yield Text(f"{defence[-22:]:>22} {_curve(values, top_m)}")
     if attacked:
         yield Text(f"{'':>22} {_flags(rows['attacked'].to_numpy(np.float64)).replace('█', '^')}")
 
 
-def _curve(values: np.ndarray) -> str:
-    """Return a line of blocks that are as high as values (0 at the bottom), and the largest one; gaps stay empty."""
+def _errors(rows: pd.DataFrame) -> dict[str, np.ndarray]:
+    """Return the distance of each defence's estimate from the truth."""
+    names = [str(column).removesuffix("_isolated") for column in rows if str(column).endswith("_isolated")]
+    found = {}
+    for name in names:
+        away = rows[[f"{name}_x_m", f"{name}_y_m"]].to_numpy() - rows[["x_m", "y_m"]].to_numpy()
+        found[name] = np.hypot(away[:, 0], away[:, 1])
+    return found
+
+
+def _curve(values: np.ndarray, top: float) -> str:
+    """Return a line of blocks as high as values, `top` the highest, and the largest value; gaps stay empty."""
     known = np.isfinite(values)
     if not known.any():
         return EMPTY
-    top = float(np.max(values[known]))
+    largest = float(np.max(values[known]))
     parts = [part[np.isfinite(part)] for part in np.array_split(values, min(_WIDTH, len(values)))]
     heights = [
         -1 if not len(part) else round(float(part.max()) / max(top, 1e-9) * (len(_LEVELS) - 1)) for part in parts
     ]
-    return "".join(" " if height < 0 else _LEVELS[height] for height in heights) + f" {top:.2f} m"
+    return "".join(" " if height < 0 else _LEVELS[height] for height in heights) + f" {largest:.2f} m"
 
 
 def _flags(values: np.ndarray) -> str:

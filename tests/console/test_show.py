@@ -37,3 +37,15 @@ def test_an_unknown_table_is_refused_with_the_nearest(folder, capsys):
     assert main(["show", str(folder), "evnts"]) == 2
     said = capsys.readouterr().err
     assert "no table 'evnts' in this run: did you mean 'events'?" in said
+
+
+def test_trace_without_a_vehicle_names_the_worst(folder, capsys):
+    assert main(["trace", str(folder)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == 5
+    assert all(line.startswith(f"gpsec trace {folder} ") and "--attack" in line for line in lines)
+
+
+def test_list_alone_lists_its_kinds(capsys):
+    assert main(["list"]) == 0
+    assert capsys.readouterr().out.splitlines()[:3] == ["attacks", "detectors", "responses"]

@@ -22,7 +22,7 @@ def names(run_folder, tmp_path_factory):
     They run on the run made by hand, with an LSTM that is CUSUM, but 0.2 s later.
     """
     blocks = re.findall(r"```python\n(.*?)```", GUIDE, re.DOTALL)
-    assert len(blocks) == 8
+    assert len(blocks) == 11
     folder = shutil.copytree(run_folder, tmp_path_factory.mktemp("analysis") / "run")
     for table in ("events", "curves", "safety"):
         frame = pd.read_csv(folder / f"{table}.csv")
@@ -87,3 +87,15 @@ def test_the_notebook_has_the_same_code(repository):
     cells = json.loads(made)["cells"]
     code = ["".join(cell["source"]) for cell in cells if cell["cell_type"] == "code"]
     assert code == [block.strip() for block in re.findall(r"```python\n(.*?)```", GUIDE, re.DOTALL)]
+
+
+def test_streets_have_their_exposure(names):
+    """Undefended vehicles leave the only edge at once: six events of 5.5 s from the beginning of the attack on."""
+    (row,) = names["by_street"].reset_index().to_dict("records")
+    assert (row["edge"], row["departures"]) == ("e", 6)
+    assert row["vehicle_seconds"] == pytest.approx(6 * 6.0)
+    assert row["departures_per_hour"] == pytest.approx(6 / (36.0 / 3600))
+
+
+def test_errors_are_drawn_for_every_defence(names):
+    assert {line.get_label() for line in names["axes"].get_lines()} == set(names["growth"].columns)
