@@ -9,18 +9,21 @@ from pathlib import Path
 
 from sumo_nets.author import write
 from sumo_nets.convert import netconvert
+from sumo_nets.lines import write_lines
 from sumo_nets.networks import PLANS
 
 ROOT = Path(__file__).parent
 
 
 def build(name: str, folder: Path) -> list[str]:
-    """Write `folder`/<name>.xodr and .net.xml; return netconvert's warnings."""
+    """Write `folder`/<name>.xodr, .net.xml and .paint.csv; return netconvert's warnings."""
     plan = PLANS[name]()
     folder.mkdir(parents=True, exist_ok=True)
     source, target = folder / f"{name}.xodr", folder / f"{name}.net.xml"
     write(plan, source)
-    return netconvert(plan, source, target)
+    warnings = netconvert(plan, source, target)
+    write_lines(plan, source, target)
+    return warnings
 
 
 def differing(name: str) -> list[Path]:
