@@ -1,7 +1,7 @@
 """Writes what is made from the code into the documentation: `python docs/generate.py`.
 
-The tables of docs/scenario.md come from the models of `gpsec.toml`, and so does the JSON Schema beside it. A test holds
-both against the models.
+The tables of docs/scenario.md come from the models of `gpsec.toml`, and so does the JSON Schema beside it; those of
+docs/sensors.md from the sensor profiles. Tests hold them against the code.
 """
 
 import json
@@ -10,8 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from gpsec.scenario.schema import NESTED, SCHEMA_FILE, SECTIONS, json_schema, section_of
+from gpsec.sensors.profiles import SensorProfile, Sourced
+from gpsec.sensors.registry import PROFILES
 
 DOCS = Path(__file__).parent
+CHANNELS = ("map", "gnss", "gyro", "odometer", "heading", "camera")
 _BLOCK = re.compile(r"(<!-- keys: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 _BOUNDS = {
     "minimum": "at least {:.10g}",
@@ -72,8 +75,54 @@ def _values(says: dict[str, Any]) -> str:
     return bounds or "a text"
 
 
+def sensors_page(page: str) -> str:
+    """Return docs/sensors.md with its tables of figures and sources written anew."""
+    for name, made in (("figures", _figures()), ("sources", _sources())):
+        inside = re.compile(rf"(<!-- {name} -->\n).*?(<!-- end of {name} -->)", re.DOTALL)
+        page = inside.sub(lambda found, made=made: f"{found[1]}\n{made}\n{found[2]}", page)
+    return page
+
+
+def _channel(profile: SensorProfile, name: str) -> Sourced:
+    return profile if name == "map" else profile.channels()[name]
+
+
+def _figures() -> str:
+    lines = []
+    for name in CHANNELS:
+        channels = [_channel(profile, name) for profile in PROFILES.values()]
+        lines += [
+            f"### `{name}`",
+            "",
+            "| figure | " + " | ".join(PROFILES) + " |",
+            "|---" + "|--:" * len(PROFILES) + "|",
+        ]
+        for figure in dict.fromkeys(figure for channel in channels for figure in channel.figures()):
+            cells = (f"{channel.figures()[figure]:.10g}" if figure in channel.figures() else "" for channel in channels)
+            lines.append(f"| `{figure}` | " + " | ".join(cells) + " |")
+        lines.append("")
+    return "\n".join(lines)
+
+
+def _sources() -> str:
+    lines = ["| profile | channel | figures | source |", "|---|---|---|---|"]
+    for profile in PROFILES.values():
+        for name in CHANNELS:
+            channel = _channel(profile, name)
+            by_source: dict[str, list[str]] = {}
+            for figure in channel.figures():
+                by_source.setdefault(channel.sources[figure], []).append(f"`{figure}`")
+            lines += [
+                f"| {profile.name} | {name} | {', '.join(figures)} | {source} |"
+                for source, figures in by_source.items()
+            ]
+    return "\n".join(lines) + "\n"
+
+
 def main() -> None:
     """Write the files."""
+    sensors = DOCS / "sensors.md"
+    sensors.write_text(sensors_page(sensors.read_text("utf-8")), "utf-8")
     page = DOCS / "scenario.md"
     page.write_text(scenario_page(page.read_text("utf-8")), "utf-8")
     (DOCS / SCHEMA_FILE).write_text(schema_text(), "utf-8")

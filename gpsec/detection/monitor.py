@@ -30,7 +30,15 @@ from gpsec.detection.evidence import (
 from gpsec.detection.looking_back import LagState, look_back
 from gpsec.detection.monitor_state import MonitorRules, MonitorState, Watched
 from gpsec.detection.pairing import DetectionClock, Pending
-from gpsec.detection.slow_part import aged, followed, on_another_road
+from gpsec.detection.slow_part import (
+    FAST_PART,
+    SLOW_PART,
+    age_parts,
+    correct_parts,
+    cut_camera,
+    variance_of_parts,
+    widen_slow_part,
+)
 from gpsec.detection.standing import move_or_stand
 from gpsec.filters.adapting import MEAN_CUT_SQUARE, cut_square, learning_gain, learnt
 from gpsec.filters.learning import start_learning, update_learning
@@ -113,7 +121,7 @@ def watch(
         blind = _BLIND_AFTER_S < state.blind_s[row] < _BLIND_LIMIT_S
         tested = tracks.fix_valid[row] and state.due[row]
         white = noise.gnss_white_m[p] ** 2 * exp(state.gnss[row])
-        camera_white, share, distance, spread = 0.0, 0.0, 0.0, 0.0
+        camera_white, share, total, distance, spread = 0.0, 0.0, 1.0, 0.0, 0.0
         if not state.started[row]:
             if tracks.fix_valid[row]:
                 start_learning(mean, P, noise, p, x, y, seen.heading_rad[v])
@@ -122,7 +130,8 @@ def watch(
         else:
             speed, rate = seen.speed_mps[v], seen.yaw_rate_rps[v]
             move_or_stand(mean, P, noise, p, speed, rate, step_s)
-            level, variance = aged(state.slow[row], state.slow_variance[row], noise, p, step_s)
+            level, covariance = state.slow[row], state.slow_covariance[row]
+            age_parts(level, covariance, noise, p, step_s)
             if tested:
                 state.due[row] = False
                 distance, spread = whiten_fix(mean, P, x, y, white, w)
@@ -133,18 +142,19 @@ def watch(
                 heading = seen.heading_rad[v]
                 another = pending.lane[row] != state.lane[row]
                 turned = sin(heading - state.course_rad[row]) if state.lane[row] >= 0 else 0.0
-                variance = on_another_road(variance, noise, p, another, turned)
+                widen_slow_part(covariance, noise, p, another, turned)
                 state.lane[row], state.course_rad[row] = pending.lane[row], heading
-                total = variance + camera_white + white
+                total = variance_of_parts(covariance) + camera_white + white
                 share = camera_white / total
-                w[CAMERA_CHANNEL] = (tracks.residual_m[row] - level) / sqrt(total)
+                w[CAMERA_CHANNEL] = cut_camera(
+                    (tracks.residual_m[row] - level[FAST_PART] - level[SLOW_PART]) / sqrt(total)
+                )
                 there[CAMERA_CHANNEL] = True
                 drop_channel(state.sums[row], UNMATCHED_CHANNEL)
             elif tested and tracks.unmatched[row]:
-                total = variance + noise.camera_white_m[p] ** 2 * exp(state.camera[row]) + white
+                total = variance_of_parts(covariance) + noise.camera_white_m[p] ** 2 * exp(state.camera[row]) + white
                 w[UNMATCHED_CHANNEL] = min(_UNMATCHED_M / sqrt(total), _UNMATCHED_SIGMAS)
                 there[UNMATCHED_CHANNEL] = True
-            state.slow[row], state.slow_variance[row] = level, variance
         sums, before = state.sums[row], state.alarm[row]
         scale = exp(state.scale[row])
         statistic = 0.0
@@ -193,9 +203,7 @@ def watch(
         if tested and not blind:
             update_learning(mean, P, state.innovation[row], x, y, sqrt(white))
         if there[CAMERA_CHANNEL]:
-            level, variance, residual = state.slow[row], state.slow_variance[row], tracks.residual_m[row]
-            level, variance = followed(level, variance, noise, p, residual, camera_white + white)
-            state.slow[row], state.slow_variance[row] = level, variance
+            correct_parts(state.slow[row], state.slow_covariance[row], noise, p, w[CAMERA_CHANNEL] * sqrt(total), total)
 
 
 class Monitor:

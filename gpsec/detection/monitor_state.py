@@ -38,7 +38,8 @@ class MonitorState(NamedTuple):
         started: (M,) the first fix has come.
         due: (M,) no fix was tested since the last tick of the detection clock.
         mean, covariance: (M, 7), (M, 7, 7) of the filter.
-        slow, slow_variance: (M,) slow part of the residual (m) and its variance, -1 before the first residual.
+        slow: (M, 2) fast and slow part of the residual (m).
+        slow_covariance: (M, 3) their variances with the covariance between them, -1 before the first step.
         lane, course_rad: (M,) lane of the last residual, and heading there.
         sums: (M, 3, 4, 4) evidence.
         sample, there: (M, 4) the whitened channels of this step, and which there are.
@@ -55,8 +56,8 @@ class MonitorState(NamedTuple):
     due: Flags = blank(False)
     mean: Floats = blank(0.0, 7)
     covariance: Floats = blank(0.0, 7, 7)
-    slow: Floats = blank(0.0)
-    slow_variance: Floats = blank(-1.0)
+    slow: Floats = blank(0.0, 2)
+    slow_covariance: Floats = blank(-1.0, 3)
     lane: Ints = blank(-1)
     course_rad: Floats = blank(0.0)
     sums: Floats = blank(0.0, 3, 4, 4)

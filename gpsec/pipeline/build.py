@@ -29,7 +29,7 @@ from gpsec.pipeline.batched import BatchedMethod
 from gpsec.pipeline.filter_noise import filter_noise
 from gpsec.pipeline.fleet_choice import FleetChoice, run_profiles
 from gpsec.pipeline.loop import LoopSettings, Move, follow_fronts
-from gpsec.pipeline.mismatch import lane_mistakes, map_error, mismatch, seen_by_place, tapes, visibility, zone_files
+from gpsec.pipeline.mismatch import lane_mistakes, map_error, mismatch, tapes, visibility, zone_files
 from gpsec.pipeline.spoofers import placed_zones
 from gpsec.scenario import Scenario
 from gpsec.scenario.parts import use
@@ -105,9 +105,8 @@ def lay_ground(scenario: Scenario) -> Ground:
     association = Associating(scenario.fleet.association, hd_map.roads(layers), noise, options.step_s)
     view = MapView(hd_map.lanes, hd_map.index, association.mode, layers)
     world = World(view, noise, options.step_s)
-    seen = profiles if scenario.fleet.camera.visibility == "clock" else tuple(map(seen_by_place, profiles))
-    sensors = Sensors(seen, options.step_s, mismatch(scenario), tapes(scenario, profiles, options.step_s))
-    visible, notes = visibility(scenario, hd_map, options)
+    sensors = Sensors(profiles, options.step_s, mismatch(scenario), tapes(scenario, profiles, options.step_s))
+    visible, notes = visibility(scenario, profiles, hd_map, options.net_file)
     ground = Ground(options, choice, hd_map, sensors, world, association, visibility=visible, notes=notes)
     return _with_pixels(ground, scenario) if scenario.fleet.camera.source == "image" else ground
 

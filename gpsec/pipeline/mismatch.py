@@ -1,6 +1,9 @@
 """The `[world]` section and the tapes of a scenario become what sensors, map and receivers are told."""
 
 from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
 
 from gpsec.hdmap.error import MapError
 from gpsec.hdmap.map import HDMap
@@ -61,28 +64,34 @@ def tapes(scenario: Scenario, profiles: Sequence[SensorProfile], step_s: float) 
     return Tapes(loaded.get("gnss"), loaded.get("camera"))
 
 
-def seen_by_place(profile: SensorProfile) -> SensorProfile:
-    """Return a profile whose camera loses no markings by the clock."""
-    camera = profile.camera.model_copy(update={"outages_per_h": 0.0})
-    return profile.model_copy(update={"camera": camera})
-
-
-def visibility(scenario: Scenario, hd_map: HDMap, options: SumoOptions) -> tuple[Visibility | None, tuple[str, ...]]:
-    """Return what cameras see by place, None where they lose markings by the clock; and what the user should know.
+def visibility(
+    scenario: Scenario, profiles: Sequence[SensorProfile], hd_map: HDMap, net_file: Path
+) -> tuple[Visibility | None, tuple[str, ...]]:
+    """Return what cameras see by place, None where all lose markings by the clock; and what the user should know.
 
     Raises:
         GpsecError: the file of lines beside the net is not as it should be.
     """
-    if scenario.fleet.camera.visibility == "clock":
+    camera = scenario.fleet.camera
+    if camera.visibility == "profile" and camera.tape is None:
+        by_place = [profile.camera.visibility == "place" for profile in profiles]
+    else:
+        by_place = [camera.visibility == "place"] * len(profiles)
+    return look_by_place(by_place, hd_map, net_file)
+
+
+def look_by_place(by_place: Sequence[bool], hd_map: HDMap, net_file: Path) -> tuple[Visibility | None, tuple[str, ...]]:
+    """Return what the cameras of (P,) profiles see by place, and what the user should know, as `visibility` does."""
+    if not any(by_place):
         return None, ()
-    file = paint_file(options.net_file)
+    file = paint_file(net_file)
     there = file.is_file()
     stretches = read_paint(file) if there else []
     said = (
         f"lines are those of {file.name}" if there else f"there is no {file.name}: every lane has lines on both sides"
     )
     note = f"cameras lose the lane by place: {said}; only vehicles of the fleet hide it"
-    return Visibility.on(hd_map, stretches), (note,)
+    return Visibility.on(hd_map, stretches, np.array(by_place)), (note,)
 
 
 def lane_mistakes(scenario: Scenario) -> LaneMistakes:

@@ -94,43 +94,61 @@ class Evidence:
 
 
 class SlowPart:
-    """The slow part of the residual: level and variance, which is -1 before the first step."""
+    """Fast and slow part of the residual: a Kalman filter of two processes; see `gpsec.detection.slow_part`."""
 
     def __init__(self, noise: FilterNoise[float]) -> None:
         self._noise = noise
-        self._camera = noise.camera_bias_m**2 + noise.camera_mount_m**2
-        self._stationary = self._camera + noise.gnss_bias_m**2
-        self.level = 0.0
-        self.variance = -1.0
+        slow = noise.camera_mount_m**2 + noise.gnss_bias_m**2
+        self._stationary = np.diag([noise.camera_bias_m**2, slow])
+        rate = noise.camera_mount_m**2 / 20.0 + noise.gnss_bias_m**2 / max(noise.gnss_bias_tau_s, 20.0)
+        self._rate = np.array([1.0 / noise.camera_bias_tau_s, rate / slow if slow > 0.0 else 0.0])
+        self._level = np.zeros(2)
+        self._covariance = -np.ones((2, 2))
+        self._begun = False
         self._lane: int | None = None
         self._course = 0.0
 
+    @property
+    def all(self) -> list[float]:
+        """Levels, variances and covariance as `MonitorState` has them."""
+        P = self._covariance
+        return [*self._level, P[0, 0], P[0, 1], P[1, 1]]
+
+    @property
+    def level(self) -> float:
+        """What both leave in a residual."""
+        return float(self._level.sum())
+
+    @property
+    def variance(self) -> float:
+        """That of the level."""
+        return float(np.sum(self._covariance))
+
     def age(self, step_s: float) -> None:
         """Take a step without a residual."""
-        if self.variance < 0.0:
-            self.variance = self._stationary
+        if not self._begun:
+            self._covariance, self._begun = self._stationary.copy(), True
             return
-        noise = self._noise
-        rate = self._camera / 20.0 + noise.gnss_bias_m**2 / max(noise.gnss_bias_tau_s, 20.0)
-        decay = exp(-step_s * rate / self._stationary)
-        self.level *= decay
-        self.variance = decay**2 * self.variance + self._stationary * (1.0 - decay**2)
+        F = np.diag(np.exp(-step_s * self._rate))
+        self._level = F @ self._level
+        self._covariance = F @ self._covariance @ F.T + self._stationary @ (np.eye(2) - F @ F.T)
 
     def come_to(self, lane: int, course_rad: float) -> float:
         """Return the variance on a lane."""
         if lane != self._lane:
-            self.variance += 0.07**2
+            self._covariance[1, 1] += 0.07**2
         if self._lane is not None:
-            self.variance += self._noise.gnss_bias_m**2 * sin(course_rad - self._course) ** 2
+            self._covariance[1, 1] += self._noise.gnss_bias_m**2 * sin(course_rad - self._course) ** 2
         self._lane, self._course = lane, course_rad
         return self.variance
 
-    def follow(self, residual_m: float, white: float) -> None:
-        """Correct by a residual."""
-        gain = self.variance / (self.variance + white)
-        bound = 3.5 * sqrt(self._stationary)
-        self.level = float(np.clip(self.level + gain * (residual_m - self.level), -bound, bound))
-        self.variance *= 1.0 - gain
+    def follow(self, innovation_m: float, total: float) -> None:
+        """Correct by what the level leaves of a residual, of the variance `total`."""
+        H = np.ones((1, 2))
+        PHt = self._covariance @ H.T
+        bound = 3.5 * np.sqrt(np.diag(self._stationary))
+        self._level = np.clip(self._level + PHt[:, 0] / total * innovation_m, -bound, bound)
+        self._covariance = self._covariance - PHt @ PHt.T / total
 
 
 class TrackMonitor:
@@ -179,12 +197,12 @@ class TrackMonitor:
             self._due = False
             innovation, covariance = self.ekf.expected(fix_m, white)
             samples[:2] = np.linalg.solve(np.linalg.cholesky(covariance), innovation).tolist()
-        camera_white, share = 0.0, 0.0
+        share, total = 0.0, 1.0
         if residual_m is not None:
             slow = noise.camera_bias_m**2 + noise.camera_mount_m**2
             camera_white = max(sight.camera_sigma_m**2 - slow, noise.camera_white_m**2) * exp(self._camera)
             total = self.slow.come_to(lane, sight.heading_rad) + camera_white + white
-            samples[2] = (residual_m - self.slow.level) / sqrt(total)
+            samples[2] = float(np.clip((residual_m - self.slow.level) / sqrt(total), -3.0, 3.0))
             self._evidence.drop_channel(3)
             share = camera_white / total
         elif sight.unmatched and fix_m is not None:
@@ -216,8 +234,8 @@ class TrackMonitor:
             self._learn(samples, share, blind)
             if fix_m is not None and not blind:
                 self.ekf.correct(fix_m, white)
-            if residual_m is not None:
-                self.slow.follow(residual_m, camera_white + white)
+            if samples[2] is not None:
+                self.slow.follow(samples[2] * sqrt(total), total)
         return told
 
     @property

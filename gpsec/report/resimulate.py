@@ -66,7 +66,8 @@ def _run(scenario: Scenario, folder: Path, report: Report, only: Mapping[str, Co
 def _is_seen_by_others(scenario: Scenario) -> bool:
     """Return whether vehicles are in the view of each other's cameras, so that the whole fleet has to be there."""
     camera = scenario.fleet.camera
-    return camera.source == "image" or camera.visibility == "place"
+    by_place = camera.visibility == "place" or (camera.visibility == "profile" and camera.tape is None)
+    return camera.source == "image" or by_place
 
 
 def _scenario(run: Results, name: str, vehicles: Collection[str]) -> Scenario:

@@ -30,9 +30,10 @@ class CameraSection(Section):
         tape: recorded errors that are played back in the place of the profiles' noise, bias and outages: the name of a
             tape that gpsec comes with, or a file ending in `.npz`, relative to the scenario's folder, in a flag to the
             current one; unset takes the profiles' figures.
-        visibility: `clock`: markings are lost at random, as the profiles say; `place`: where too little of a line lies
-            ahead, before stop lines, or behind another vehicle of the fleet. Lines are those of `NET.paint.csv` beside
-            the net, as `gpsec import` writes it; without that file every lane has both.
+        visibility: `profile`: as each profile says; `clock`: markings are lost at random alone; `place`: also where too
+            little of a line lies ahead, before stop lines, or behind another vehicle of the fleet. Lines are those of
+            `NET.paint.csv` beside the net, as `gpsec import` writes it; without that file every lane has both. A tape
+            has its losses in it: with one, `profile` is `clock`.
         source: `profile`: lanes are the true ones with the errors of profile or tape; `image`: for some of the vehicles
             they are found in rendered pictures of their view (needs the extra `image`), for the others as before.
         image_share: share of the vehicles that see pictures, drawn by seed and vehicle.
@@ -43,7 +44,7 @@ class CameraSection(Section):
     """
 
     tape: Annotated[str | None, Unset] = None
-    visibility: Literal["clock", "place"] = "clock"
+    visibility: Literal["profile", "clock", "place"] = "profile"
     source: Literal["profile", "image"] = "profile"
     image_share: float = Field(0.0, ge=0.0, le=1.0)
     image_vehicles: tuple[str, ...] = Field((), strict=False)

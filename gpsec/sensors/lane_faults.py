@@ -8,7 +8,7 @@ from math import sqrt
 from gpsec.core.arrays import Ints
 from gpsec.core.kernels import kernel
 from gpsec.core.noise import CAMERA_C0, CAMERA_C1, CAMERA_LINE, CAMERA_TAIL, normal, uniform
-from gpsec.sensors.faults import LINE_BEGIN, LINE_END, LINE_M, SLOPE, TAIL_FACTOR, TAIL_SHARE
+from gpsec.sensors.faults import CORE_FACTOR, LINE_BEGIN, LINE_END, LINE_M, SLOPE, TAIL_FACTOR, TAIL_SHARE
 from gpsec.sensors.lane_view import fit_sigmas, view_length_m
 from gpsec.sensors.state import SensorState
 from gpsec.sensors.table import HALF_VIEW, RANGE, UNKNOWN, WHITE, ProfileTable
@@ -34,7 +34,8 @@ def fault_lanes(
         view = view_length_m(camera[p, RANGE], camera[p, HALF_VIEW], truth.camera_curvature_per_m[row])
         s0, s1, _, _ = fit_sigmas(camera[p, UNKNOWN] * camera[p, WHITE], camera[p, RANGE], view)
         n0, n1 = normal(key, CAMERA_C0, step), normal(key, CAMERA_C1, step)
-        size = faults[p, TAIL_FACTOR] if uniform(key, CAMERA_TAIL, step) < faults[p, TAIL_SHARE] else 1.0
+        in_tail = uniform(key, CAMERA_TAIL, step) < faults[p, TAIL_SHARE]
+        size = faults[p, TAIL_FACTOR] if in_tail else faults[p, CORE_FACTOR]
         slope = faults[p, SLOPE]
         out.lane_poly[row, 0] += (size - 1.0) * s0 * n0 + mind.wrong_line[row] * faults[p, LINE_M]
         out.lane_poly[row, 1] += s1 * (size * (slope * n0 + sqrt(1.0 - slope * slope) * n1) - n1)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gpsec.core.arrays import Floats
+from gpsec.sensors.canyons import CANYON_SCALE
 from gpsec.sensors.smooth import RATE, RATE_KICK, REACH
 from gpsec.sensors.table import BIAS, KICK, UNKNOWN, WHITE, ProfileTable
 
@@ -43,6 +44,7 @@ class Mismatch:
         own = self.gnss_slow * np.sqrt(1.0 - self.common_shares(stated))[:, None]
         table.gnss[:, [BIAS, KICK]] *= own
         table.wander[:, [RATE, RATE_KICK, REACH]] *= own
+        table.multipath[:, CANYON_SCALE] *= self.gnss_slow
         table.camera[:, UNKNOWN] *= self.camera
         for channel, factor in (
             (table.odometer, self.odometer),

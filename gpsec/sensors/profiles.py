@@ -7,14 +7,16 @@ a mean rate and last exponentially long; ``outage_mean_s = 0`` makes each last a
 
 from collections.abc import Mapping
 from math import exp, sqrt
-from typing import Self
+from typing import Literal, Self
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from gpsec.sensors.canyons import rms_m
 from gpsec.sensors.smooth import Wander
 
 _WANDER = ("wander_mps", "wander_tau_s", "wander_hold_s")
+_MULTIPATH = ("multipath_m", "multipath_spread", "multipath_length_m")
 _TAILS = ("tail_share", "tail_factor")
 _WRONG_LINE = ("wrong_line_per_h", "wrong_line_mean_s", "wrong_line_m")
 
@@ -72,9 +74,13 @@ class Gnss(Channel):
         white_m: white noise of a fix.
         bias_m, bias_tau_s: slow error (atmosphere, orbits, multipath, map alignment of a fused pose).
         wander_mps, wander_tau_s, wander_hold_s: the slow error wanders smoothly instead (`gpsec.sensors.smooth`): σ and
-            correlation time of its rate, and time constant of the leak that holds it. What it leaves of `bias_m` is
-            constant for a journey; `bias_tau_s` is then what filters take for the whole.
-        common_share: share of the variance of the slow error that all receivers in a run have in common.
+            correlation time of its rate, and time constant of the leak that holds it.
+        multipath_m, multipath_spread, multipath_length_m: the slow error depends on the place
+            (`gpsec.sensors.canyons`): σ of an axis in a middling place, standard deviation of its logarithm among
+            places, and how far apart places are. What wander and multipath leave of `bias_m` is constant for a
+            journey; `bias_tau_s` is then what filters take for the whole.
+        common_share: share of the variance of the slow error, but for multipath, that all receivers in a run have in
+            common.
     """
 
     white_m: float = Field(ge=0.0, le=100.0)
@@ -83,6 +89,9 @@ class Gnss(Channel):
     wander_mps: float | None = Field(None, gt=0.0, le=10.0)
     wander_tau_s: float | None = Field(None, gt=0.0, le=600.0)
     wander_hold_s: float | None = Field(None, gt=0.0, le=1e5)
+    multipath_m: float | None = Field(None, gt=0.0, le=100.0)
+    multipath_spread: float | None = Field(None, ge=0.0, le=1.0)
+    multipath_length_m: float | None = Field(None, ge=1.0, le=1000.0)
     common_share: float | None = Field(None, gt=0.0, le=1.0)
 
     @property
@@ -94,12 +103,30 @@ class Gnss(Channel):
 
     @property
     def offset_m(self) -> float:
-        """Standard deviation of what is constant for a journey beside a wander."""
-        return sqrt(self.bias_m**2 - self.wander.sigma_m**2) if self.wander is not None else self.bias_m
+        """Standard deviation of what is constant for a journey beside wander and multipath."""
+        return sqrt(max(self.bias_m**2 - self._moving_m2, 0.0))
+
+    @property
+    def is_lasting(self) -> bool:
+        """Whether what is left of the slow error beside wander and multipath is constant for a journey."""
+        return self.wander is not None or self.multipath_m is not None
+
+    @property
+    def shared_m2(self) -> float:
+        """Variance that receivers at one place have in common: multipath, and `common_share` of the rest."""
+        return self._multipath_m2 + (self.common_share or 0.0) * (self.bias_m**2 - self._multipath_m2)
+
+    @property
+    def _multipath_m2(self) -> float:
+        return rms_m(self.multipath_m or 0.0, self.multipath_spread or 0.0) ** 2
+
+    @property
+    def _moving_m2(self) -> float:
+        return self._multipath_m2 + (self.wander.sigma_m**2 if self.wander is not None else 0.0)
 
     def structure_m2(self, lag_s: float) -> float:
         """Return the mean square of how far the error of an axis goes in a lag: 2·white² and that of the slow error."""
-        if self.wander is not None:
+        if self.wander is not None and self.multipath_m is None:
             slow_m2 = float(self.wander.structure_m2(np.array([lag_s]))[0])
         else:
             slow_m2 = 2.0 * self.bias_m**2 * (1.0 - exp(-lag_s / self.bias_tau_s))
@@ -108,8 +135,9 @@ class Gnss(Channel):
     @model_validator(mode="after")
     def _wander_is_whole(self) -> Self:
         _require_together(self, _WANDER)
-        if self.wander is not None and self.wander.sigma_m > self.bias_m:
-            raise ValueError(f"expected a wander within bias_m = {self.bias_m:g} m, found {self.wander.sigma_m:.3g} m")
+        _require_together(self, _MULTIPATH)
+        if (moving_m := sqrt(self._moving_m2)) > self.bias_m:
+            raise ValueError(f"expected wander and multipath within bias_m = {self.bias_m:g} m, found {moving_m:.3g} m")
         return self
 
 
@@ -155,16 +183,18 @@ class Camera(Channel):
     """Lane camera that gives C0 … C3 (Eq 1).
 
     Attributes:
-        white_m: white noise of C0 where the whole range is in view.
+        white_m: white noise of C0 where the whole range is in view, tails included.
         bias_m, bias_tau_s: slow error of C0 (width and wear of the paint, pitch).
         mount_m: spread of the mounting offset among vehicles, constant for a vehicle.
         range_m: length of lane that the polynomial is fitted to.
         field_of_view_deg: horizontal; a curve leaves it before the range ends.
         trust_limit_m: the camera reports no lane when the σ that it states for C0 exceeds this.
-        tail_share, tail_factor: share of the samples whose white noise is so many times as large.
+        tail_share, tail_factor: share of the samples whose white noise is so many times that of the others.
         slope_correlation: of the white errors of C0 and C1; negative, since C0 is drawn on from paint that is ahead.
         wrong_line_per_h, wrong_line_mean_s, wrong_line_m: times in an hour that a wrong line is taken, how long that
             lasts, and by how much C0 is off meanwhile, to either side; the stated σ says nothing of it.
+        visibility: `place`: the lane is also lost where too little of a line lies ahead, before stop lines, and behind
+            other vehicles (`gpsec.sensors.visibility`); `clock`: by outages alone.
     """
 
     white_m: float = Field(ge=0.0, le=10.0)
@@ -180,6 +210,7 @@ class Camera(Channel):
     wrong_line_per_h: float | None = Field(None, gt=0.0, le=36_000.0)
     wrong_line_mean_s: float | None = Field(None, gt=0.0, le=3_600.0)
     wrong_line_m: float | None = Field(None, gt=0.0, le=10.0)
+    visibility: Literal["clock", "place"] = "clock"
 
     @model_validator(mode="after")
     def _faults_are_whole(self) -> Self:

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import ceil, floor
 
+import numpy as np
+
 from gpsec.core.arrays import Floats, Ints
 from gpsec.core.errors import GpsecError
 from gpsec.core.tables import Table
@@ -53,8 +55,9 @@ class Sensors:
 
     @cached_property
     def stated(self) -> ProfileTable:
-        """What the data sheets of the profiles say, as arrays."""
-        return pack(self.profiles, self.step_s)
+        """What the data sheets of the profiles say, as arrays; with a tape, receivers have no common part but it."""
+        table = pack(self.profiles, self.step_s)
+        return table if self.tapes.gnss is None else table._replace(common=np.zeros(len(self.profiles)))
 
     @cached_property
     def common_shares(self) -> Floats:

@@ -1,7 +1,8 @@
-"""What the receivers of a run have around them: the error that they share, and places of multipath."""
+"""What the receivers of a run have around them: the error that they share, and multipath by place."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +19,7 @@ from gpsec.core.noise import (
     vehicle_key,
 )
 from gpsec.core.tables import Table, blank
+from gpsec.sensors.canyons import CANYON_SCALE, add_multipath
 from gpsec.sensors.multipath import Places
 from gpsec.sensors.sense import Sensors
 from gpsec.sensors.smooth import GAIN, HOLD_DECAY, RATE, RATE_DECAY, RATE_KICK, REACH, TOGETHER
@@ -47,7 +49,7 @@ class SharedErrors:
     Attributes:
         sensors: of the run; they say which share of the slow error is common.
         seed: of the run.
-        places: of multipath.
+        places: of multipath, beside that of the profiles.
     """
 
     sensors: Sensors
@@ -57,11 +59,15 @@ class SharedErrors:
     @property
     def is_quiet(self) -> bool:
         """Whether nothing is added."""
-        return not self.places and not self._has_common
+        return not self.places and not self._has_common and not self._has_multipath
 
-    @property
+    @cached_property
     def _has_common(self) -> bool:
         return bool((self.sensors.common_shares > 0.0).any())
+
+    @cached_property
+    def _has_multipath(self) -> bool:
+        return bool((self.sensors.table.multipath[:, CANYON_SCALE] > 0.0).any())
 
     def new_state(self) -> Table[CommonError]:
         """Return the state of the common error."""
@@ -83,8 +89,14 @@ class SharedErrors:
         fix_m, true_m = measurements.fix_m, vehicles.rear_m[fresh]
         if self._has_common:
             fix_m[fresh] += (state.bias_m + state.wander_m)[vehicles.profile[fresh]]
+        if self._has_multipath:
+            add_multipath(fresh, self._canyons, self.sensors.table.multipath, vehicles, measurements)
         for place in self.places:
             fix_m[fresh] += place.error_m(true_m)
+
+    @cached_property
+    def _canyons(self) -> np.uint64:
+        return np.uint64(vehicle_key(self.seed, "multipath of profiles"))
 
     def _advance(self, state: CommonError, step: int) -> None:
         key = vehicle_key(self.seed, "all vehicles")

@@ -8,6 +8,7 @@ import numpy as np
 
 from gpsec.core.arrays import Floats
 from gpsec.core.errors import GpsecError
+from gpsec.sensors.canyons import NO_MULTIPATH
 from gpsec.sensors.faults import fault_row
 from gpsec.sensors.profiles import Channel, SensorProfile
 from gpsec.sensors.smooth import wander_row
@@ -28,8 +29,9 @@ class ProfileTable(NamedTuple):
         gnss, gyro, odometer, heading: (P, 8).
         camera: (P, 13).
         wander: (P, 7), see `gpsec.sensors.smooth`.
-        faults: (P, 6), see `gpsec.sensors.faults`.
+        faults: (P, 7), see `gpsec.sensors.faults`.
         common: (P,) share of the variance of the slow error of fixes that all receivers have in common.
+        multipath: (P, 3), see `gpsec.sensors.canyons`.
     """
 
     gnss: Floats
@@ -40,6 +42,7 @@ class ProfileTable(NamedTuple):
     wander: Floats
     faults: Floats
     common: Floats
+    multipath: Floats
 
 
 def angle_random_walk_rps(arw_deg_per_sqrt_h: float, mean_s: float) -> float:
@@ -85,6 +88,13 @@ def _check(profiles: Sequence[SensorProfile]) -> None:
             raise GpsecError(f"sensors: expected each sensor profile once, found '{name}' {names.count(name)} times")
 
 
+def _multipath_row(profile: SensorProfile) -> tuple[float, float, float]:
+    of = profile.gnss
+    if of.multipath_m is None or of.multipath_spread is None or of.multipath_length_m is None:
+        return NO_MULTIPATH
+    return of.multipath_m, of.multipath_spread, of.multipath_length_m
+
+
 def pack(profiles: Sequence[SensorProfile], step_s: float) -> ProfileTable:
     """Return the tables of (P,) profiles for a loop of `step_s`.
 
@@ -108,8 +118,7 @@ def pack(profiles: Sequence[SensorProfile], step_s: float) -> ProfileTable:
             profiles,
             step_s,
             lambda p: p.gnss,
-            # Beside a wander, the bias is an offset that never changes.
-            lambda p: (p.gnss.white_m, p.gnss.offset_m, inf if p.gnss.wander else p.gnss.bias_tau_s),
+            lambda p: (p.gnss.white_m, p.gnss.offset_m, inf if p.gnss.is_lasting else p.gnss.bias_tau_s),
         ),
         gyro=_channel(
             profiles,
@@ -138,4 +147,5 @@ def pack(profiles: Sequence[SensorProfile], step_s: float) -> ProfileTable:
         wander=np.array([wander_row(profile.gnss.wander, step_s) for profile in profiles]),
         faults=np.array([fault_row(profile.camera, step_s) for profile in profiles]),
         common=np.array([profile.gnss.common_share or 0.0 for profile in profiles]),
+        multipath=np.array([_multipath_row(profile) for profile in profiles]),
     )

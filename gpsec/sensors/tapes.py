@@ -12,6 +12,7 @@ from gpsec.core.errors import GpsecError
 from gpsec.core.kernels import inline, kernel
 from gpsec.core.noise import CAMERA_TAPE, GNSS_TAPE, uniform
 from gpsec.core.threads import Threads
+from gpsec.sensors.canyons import NO_MULTIPATH
 from gpsec.sensors.faults import NO_FAULTS
 from gpsec.sensors.mismatch import Mismatch
 from gpsec.sensors.profiles import Channel, SensorProfile
@@ -99,6 +100,7 @@ class Tapes:
             made.gnss[:, [WHITE, KICK, OUTAGE_BEGIN]] = 0.0
             made.gnss[:, DECAY] = 1.0
             made.wander[:] = NO_WANDER
+            made.multipath[:] = NO_MULTIPATH
         if self.camera is not None:
             made.camera[:, [WHITE, BIAS, KICK, OUTAGE_BEGIN]] = 0.0
             made.faults[:] = NO_FAULTS

@@ -56,10 +56,12 @@ def place_along(rows: Ints, vehicles: Vehicles, paint: PaintedMap, along_m: Floa
 
 
 @kernel
-def look_ahead(rows: Ints, vehicles: Vehicles, paint: PaintedMap, along_m: Floats, free_m: Floats) -> None:
+def look_ahead(
+    rows: Ints, vehicles: Vehicles, by_place: Flags, paint: PaintedMap, along_m: Floats, free_m: Floats
+) -> None:
     """Take the marks of those that have too little of a line ahead; `free_m` is how far nobody hides it."""
     for row in rows:
-        if not vehicles.marked[row]:
+        if not vehicles.marked[row] or not by_place[vehicles.profile[row]]:
             continue
         lane = paint.lane[vehicles.segment[row]]
         metre = floor(along_m[row])
@@ -83,21 +85,23 @@ class Visibility:
 
     Attributes:
         paint: of the true map.
+        by_place: (P,) the cameras of a profile lose the lane by place.
     """
 
     paint: PaintedMap
+    by_place: Flags
 
     @classmethod
-    def on(cls, hd_map: HDMap, stretches: Sequence[PaintedLane]) -> "Visibility":
+    def on(cls, hd_map: HDMap, stretches: Sequence[PaintedLane], by_place: Flags) -> "Visibility":
         """Return what is seen on a map; lanes that no stretch names have lines on both sides all along."""
-        return cls(_painted(hd_map, stretches))
+        return cls(_painted(hd_map, stretches), by_place)
 
     def limit(self, rows: Ints, vehicles: Vehicles, threads: Threads) -> None:
         """Take `Vehicles.marked` of those whose cameras have too little to see in this step."""
         along_m = np.zeros(len(vehicles.lane))
         threads.run(place_along, rows, vehicles, self.paint, along_m)
         free_m = _free_ahead(rows, vehicles, self.paint, along_m)
-        threads.run(look_ahead, rows, vehicles, self.paint, along_m, free_m)
+        threads.run(look_ahead, rows, vehicles, self.by_place, self.paint, along_m, free_m)
 
 
 def _free_ahead(rows: Ints, vehicles: Vehicles, paint: PaintedMap, along_m: Floats) -> Floats:
@@ -111,12 +115,12 @@ def _free_ahead(rows: Ints, vehicles: Vehicles, paint: PaintedMap, along_m: Floa
     behind, ahead = order[:-1][follows], order[1:][follows]
     free_m[rows[behind]] = tail[ahead] - here[behind]
     # The first of each lane looks on into the next one, at its last.
-    first_of = np.concatenate([order[:-1][~follows], order[-1:]])
-    last = {int(lane[at]): float(tail[at]) for at in reversed(order.tolist())}
-    for at in first_of.tolist():
-        following = int(paint.next[lane[at]])
-        if following in last:
-            free_m[rows[at]] = paint.metres[lane[at]] - here[at] + last[following]
+    leads, comes_last = np.ones(len(rows), np.bool_), np.ones(len(rows), np.bool_)
+    leads[:-1], comes_last[1:] = ~follows, ~follows
+    last_m = np.full(len(paint.next) + 1, _NOBODY_M)  # of no lane, -1, nobody is the last
+    last_m[lane[order[comes_last]]] = tail[order[comes_last]]
+    first = order[leads]
+    free_m[rows[first]] = paint.metres[lane[first]] - here[first] + last_m[paint.next[lane[first]]]
     return free_m
 
 

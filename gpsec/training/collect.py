@@ -19,8 +19,10 @@ from gpsec.hdmap.map import HDMap, load_map
 from gpsec.pipeline.build import sampling_of
 from gpsec.pipeline.filter_noise import filter_noise
 from gpsec.pipeline.loop import Loop, LoopSettings
+from gpsec.pipeline.mismatch import look_by_place
 from gpsec.sensors.profiles import SensorProfile, residual_sigma_m
 from gpsec.sensors.sense import Sensors
+from gpsec.sensors.shared_errors import SharedErrors
 from gpsec.sensors.tapes import NO_TAPES, Tapes
 from gpsec.traffic.options import resolve_options
 from gpsec.traffic.recording import RecordedTraffic, Recording, record_traffic
@@ -146,13 +148,18 @@ def residual_log(
     source = RecordedTraffic(recording)
     hd_map = load_map(net_file, (profile.map_spacing_m,))
     method = _ResidualOnly(hd_map, profile, association, source.step_s, watched)
+    sensors = Sensors((profile,), source.step_s, tapes=tapes)
+    shared = SharedErrors(sensors, seed)
+    visible, _ = look_by_place([profile.camera.visibility == "place" and tapes.camera is None], hd_map, net_file)
     settings = LoopSettings(
         seed=seed,
         step_s=source.step_s,
         origin_s=float(recording.time_s[0]) if len(recording) else 0.0,
         settle_s=0.0,
         hd_map=hd_map,
-        sensors=Sensors((profile,), source.step_s, tapes=tapes),
+        sensors=sensors,
+        shared=None if shared.is_quiet else shared,
+        visibility=visible,
         profile_of=lambda departure: 0,
     )
     loop = Loop(settings, (), method)

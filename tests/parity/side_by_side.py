@@ -151,7 +151,7 @@ class SideBySide:
             return
         found.close("monitor state", one.ekf.mean, state.mean[row])
         found.close("monitor covariance", one.ekf.covariance, state.covariance[row])
-        found.close("slow part", [one.slow.level, one.slow.variance], [state.slow[row], state.slow_variance[row]])
+        found.close("slow part", one.slow.all, [*state.slow[row], *state.slow_covariance[row]])
         found.same("monitor alarm", one.alarm, state.alarm[row])
         found.seen["monitor alarm"] += int(state.alarm[row])
         found.seen["monitor blind"] += 0.35 < state.blind_s[row] < 10.0

@@ -21,6 +21,7 @@ EDGES = (
 CHANGES = (
     "duration_s=50",
     "fleet.settle_s=2",
+    'fleet.camera.visibility="clock"',
     "log_steps=true",
     "outcomes.bootstrap=2",
     'detection.detectors=["chi_square"]',

@@ -148,7 +148,7 @@ class Stopping(Live):
 
 
 def short(town: Scenario) -> Scenario:
-    return town.model_copy(update={"duration_s": 25.0})
+    return town.model_copy(update={"duration_s": 40.0})
 
 
 def test_the_tables_are_the_same_bytes_with_and_without_a_window(town, tmp_path, display):
@@ -169,7 +169,7 @@ def test_the_tables_are_the_same_bytes_with_and_without_a_window(town, tmp_path,
     assert len(tables) > 5
     for name in tables:
         assert (with_window / name).read_bytes() == (without / name).read_bytes(), name
-    assert len(looks) == 250
+    assert len(looks) == 400
     assert any(look.ghost and look.followed for look in looks)
     assert len({colour for look in looks for _, colour in look.colours}) >= 3
 

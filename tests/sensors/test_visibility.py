@@ -27,7 +27,7 @@ def end_m(road: HDMap) -> float:
     return float(road.centre_line(road.lane_index["ab_0"])[-1, 0])
 
 
-def seen(road: HDMap, at_m, stretches=(), threads=1) -> list[bool]:
+def seen(road: HDMap, at_m, stretches=(), threads=1, by_place=True) -> list[bool]:
     """Return whether vehicles of 4.5 m with their rear axle at these places of ab see the lane."""
     table = Table(Vehicles, len(at_m))
     vehicles, rows = table.now, np.arange(len(at_m), dtype=np.int32)
@@ -39,7 +39,7 @@ def seen(road: HDMap, at_m, stretches=(), threads=1) -> list[bool]:
     vehicles.segment[:] = run[np.searchsorted(road.lanes.x0_m[run], at_m, side="right") - 1]
     vehicles.axle_m[:] = 3.5
     pool = Threads(threads)
-    Visibility.on(road, stretches).limit(rows, vehicles, pool)
+    Visibility.on(road, stretches, np.array([by_place])).limit(rows, vehicles, pool)
     pool.close()
     return vehicles.marked.tolist()
 
@@ -49,6 +49,10 @@ def test_before_a_junction_the_lane_is_lost(road):
     end = end_m(road)
     for left_m, expected in ((60.0, True), (17.0, True), (13.0, False), (5.0, False)):
         assert seen(road, [end - left_m]) == [expected]
+
+
+def test_the_cameras_of_other_profiles_see_it_all_the_same(road):
+    assert seen(road, [end_m(road) - 5.0], by_place=False) == [True]
 
 
 def test_a_line_is_needed_on_both_sides(road):

@@ -1,4 +1,4 @@
-"""The smooth wander of fixes: its equations, its steps, and the candidate for `consumer` beside real logs."""
+"""The smooth wander of fixes: its equations, its steps, and `consumer` beside real logs."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,6 @@ from pydantic import ValidationError
 from scipy.integrate import quad
 
 from gpsec.core.threads import Threads
-from gpsec.sensors.candidates import CONSUMER_GNSS
 from gpsec.sensors.profiles import Gnss
 from gpsec.sensors.registry import PROFILES
 from gpsec.sensors.shared_errors import SharedErrors
@@ -14,13 +13,14 @@ from gpsec.sensors.smooth import Wander
 from gpsec.testing.drive import Drive
 from tests.sensors.exact import profile
 
+CONSUMER_GNSS = PROFILES["consumer"].gnss
 # √structure function of a real receiver across the way, in m at these lags in s: 11,561 fixes (docs/sensors.md).
 REAL = {0.1: 0.003, 1.0: 0.014, 5.0: 0.055, 10.0: 0.093, 30.0: 0.16, 120.0: 0.24}
 WANDER = {"wander_mps": 0.015, "wander_tau_s": 3.0, "wander_hold_s": 50.0}
 
 
-def candidate(**changes):
-    """Exact sensors with the candidate's receiver at 10 Hz, without latency and outages."""
+def consumer(**changes):
+    """Exact sensors with the receiver of `consumer` at 10 Hz, without latency and outages."""
     always = {"rate_hz": 10.0, "latency_s": 0.0, "outages_per_h": 0.0, "outage_mean_s": 0.0}
     figures = {key: value for key, value in CONSUMER_GNSS.figures().items() if key != "sources"}
     return profile(gnss=figures | always | changes)
@@ -28,7 +28,7 @@ def candidate(**changes):
 
 def errors(steps: int, vehicles: int, seed: int = 1, **changes) -> np.ndarray:
     """Return (S, N, 2) errors of the fixes of standing vehicles, with what they share."""
-    fleet = Drive((candidate(**changes),), vehicles, seed=seed)
+    fleet = Drive((consumer(**changes),), vehicles, seed=seed)
     around = SharedErrors(fleet.sensors, seed)
     state, found = around.new_state(), []
     for step in range(steps):
@@ -83,7 +83,7 @@ def test_it_begins_as_it_is_in_the_long_run():
     )
 
 
-def test_the_candidate_is_as_smooth_as_a_real_receiver():
+def test_consumer_is_as_smooth_as_a_real_receiver():
     """√structure within ± 30 % of the real one from 0.1 to 120 s, and from fix to fix at most 0.01 m."""
     for lag_s, real_m in REAL.items():
         assert np.sqrt(CONSUMER_GNSS.structure_m2(lag_s)) == pytest.approx(real_m, rel=0.3)
@@ -93,12 +93,6 @@ def test_the_candidate_is_as_smooth_as_a_real_receiver():
         measured = np.sqrt(np.mean((found[lag:] - found[:-lag]) ** 2))
         assert measured == pytest.approx(real_m, rel=0.3), lag_s
     assert np.sqrt(np.mean(np.diff(found, axis=0) ** 2)) <= 0.01
-
-
-def test_todays_consumer_is_not():
-    """What the candidate is for: the profile's white noise alone is 60 times what a real receiver has."""
-    today = PROFILES["consumer"].gnss
-    assert np.sqrt(today.structure_m2(0.1)) > 50.0 * REAL[0.1]
 
 
 def test_two_vehicles_share_four_fifths_of_the_variance():
@@ -113,7 +107,7 @@ def test_the_same_bits_for_two_threads_and_any_batch(monkeypatch):
     monkeypatch.setattr(Threads, "MIN_ROWS", 4)
     found = []
     for count in (1, 2):
-        fleet, threads = Drive((candidate(), profile("other")), 40), Threads(count)
+        fleet, threads = Drive((consumer(), profile("other")), 40), Threads(count)
         found.append([fleet.sense(threads=threads).fix_m.tobytes() for _ in range(30)])
         threads.close()
     assert found[0] == found[1]
@@ -124,7 +118,7 @@ def test_a_profile_without_a_wander_is_as_before():
     plain = {"white_m": 0.2, "bias_m": 1.0, "bias_tau_s": 50.0}
     alone, beside = (
         Drive((profile(gnss=plain),), 4),
-        Drive((profile(gnss=plain), candidate().model_copy(update={"name": "c"})), 4),
+        Drive((profile(gnss=plain), consumer().model_copy(update={"name": "c"})), 4),
     )
     beside.vehicles.profile[:] = 0
     for fleet in (alone, beside):
@@ -137,7 +131,7 @@ def test_a_profile_without_a_wander_is_as_before():
     ("figures", "said"),
     [
         ({"wander_mps": 0.015}, "expected wander_mps, wander_tau_s, wander_hold_s together, found wander_mps"),
-        (WANDER | {"bias_m": 0.1}, r"expected a wander within bias_m = 0\.1 m, found 0\.178 m"),
+        (WANDER | {"bias_m": 0.1}, r"expected wander and multipath within bias_m = 0\.1 m, found 0\.178 m"),
         (WANDER | {"wander_tau_s": 0.0}, "greater than 0"),
     ],
 )
