@@ -10,8 +10,11 @@ from gpsec.console.errors import INTERRUPTED, say
 from gpsec.core.errors import GpsecError
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from gpsec.console.bars import Display
     from gpsec.sweeps.folder import SweepFolder
+    from gpsec.sweeps.points import ListedTask
     from gpsec.sweeps.work import Worked
 
 
@@ -62,33 +65,41 @@ def sweep(
     if status:
         return _status(_existing(plan))
     if worker:
-        return _work(_existing(plan), jobs)
-    made = _existing(plan) if plan.is_dir() or failed else _listed(plan, out, store, allow_code)
+        return _work(_existing(plan, allow_code), jobs)
+    made = _existing(plan, allow_code) if plan.is_dir() or failed else _listed(plan, out, store, allow_code)
     if list_:
         return 0
     return _run(made, jobs, scheduler, only_failed=failed, report=report)
 
 
-def _existing(folder: Path) -> "SweepFolder":
+def _existing(folder: Path, allow_code: bool = False) -> "SweepFolder":
     from gpsec.sweeps.folder import read_folder
 
-    found = read_folder(folder)
+    found = read_folder(folder, allow_code=allow_code)
     found.store.check()
     return found
 
 
 def _listed(plan: Path, out: Path | None, store: Path | None, allow_code: bool) -> "SweepFolder":
     """Write the list of a plan."""
-    from gpsec.console.terminal import messages, status
+    from gpsec.console.bars import Counted
+    from gpsec.console.terminal import messages
     from gpsec.running.folders import resolved
     from gpsec.sweeps.folder import write_list
     from gpsec.sweeps.listing import count_of, listed
     from gpsec.sweeps.plan import read_plan
 
     read = read_plan(plan)
-    with status(messages(), f"listing the simulations of {plan}"):
-        folder = resolved(out or Path("results") / plan.stem)
-        made = write_list(folder, listed(read, plan, allow_code), read.parameters, store)
+    folder = resolved(out or Path("results") / plan.stem)
+    with Counted(messages()) as counted:
+        tell, most = counted.begin("simulations listed, of at most"), count_of(read)
+
+        def told() -> "Iterator[ListedTask]":
+            for number, task in enumerate(listed(read, plan, allow_code), start=1):
+                tell(number, max(most, number))
+                yield task
+
+        made = write_list(folder, told(), read.parameters, store, allow_code=allow_code)
     say(f"{folder}: {len(made.labels)} simulations for {count_of(read)} combinations of scenario, seed and grid")
     return made
 

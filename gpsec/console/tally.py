@@ -6,6 +6,10 @@ from dataclasses import dataclass, field
 from gpsec.core.progress import DONE, FAILED, Progress
 
 
+# Before a quarter of a task is done, nobody knows how long one takes.
+_ENOUGH = 0.25
+
+
 @dataclass
 class Tally:
     """What tasks have told.
@@ -45,7 +49,7 @@ class Tally:
         """Seconds that the rest will take if it goes on as so far; None where nothing has been done yet."""
         share = sum(self._running.values())
         worked = self.ended - self._found + share
-        if worked <= 0.0:
+        if worked < _ENOUGH:
             return None
         return (time.monotonic() - self._began_s) / worked * max(self.count - self.ended - share, 0.0)
 

@@ -48,12 +48,14 @@ class Task:
         told: the scenario as JSON.
         folder: of its files, in a folder that exists; what an earlier try has left there is thrown away.
         log: file that takes what SUMO and libraries print.
+        allow_code: the code that the scenario names may be run.
     """
 
     name: str
     told: str
     folder: Path
     log: Path
+    allow_code: bool = True
 
 
 @dataclass(frozen=True)
@@ -165,13 +167,13 @@ def _work(run: Run, task: Task, connection: Connection) -> None:
 
 
 def _scenario(task: Task) -> Scenario:
-    """Return the scenario of a task. The code that it names was allowed where it comes from.
+    """Return the scenario of a task.
 
     Raises:
         UnfitError: it has been read where it was made, and cannot be here.
     """
     try:
-        return Scenario.model_validate_json(task.told, context={ALLOW_CODE: True})
+        return Scenario.model_validate_json(task.told, context={ALLOW_CODE: task.allow_code})
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         key, said = ".".join(map(str, first["loc"])), first["msg"].removeprefix("Value error, ")

@@ -48,7 +48,9 @@ def sweep(
     file = Path(plan)
     read = read_plan(file)
     place = None if store is None else Path(store)
-    made = write_list(resolved(Path(folder)), listed(read, file, allow_code), read.parameters, place)
+    made = write_list(
+        resolved(Path(folder)), listed(read, file, allow_code), read.parameters, place, allow_code=allow_code
+    )
     wanted = missing(made)
     forget_failures(made, wanted)
     if client is None:

@@ -58,7 +58,7 @@ class SweepDesk:
             self._claims[label], self._of_label[label] = claim, fingerprint
             log = self._sweep.log(fingerprint)
             begin_log(log, label)
-            return Task(label, self._sweep.tasks(fingerprint)[0].told, claim.made, log)
+            return Task(label, self._sweep.tasks(fingerprint)[0].told, claim.made, log, self._sweep.allow_code)
         return None
 
     def beat(self) -> None:

@@ -31,6 +31,7 @@ class SweepFolder:
         environment: digest of code and libraries that it was listed with.
         version: of gpsec that it was listed with.
         labels: by fingerprint, in the order of the plan.
+        allow_code: the code that its scenarios name may be run; the folder may be somebody else's.
     """
 
     path: Path
@@ -40,6 +41,7 @@ class SweepFolder:
     version: str
     labels: dict[str, str]
     _places: dict[str, list[int]]
+    allow_code: bool = False
 
     def tasks(self, fingerprint: str) -> list[ListedTask]:
         """Return what a simulation is to each entry that it is part of.
@@ -78,7 +80,14 @@ def _said(version: str, digest: str) -> str:
     return f"gpsec {version} with code and libraries {digest[:12]}"
 
 
-def write_list(path: Path, tasks: Iterable[ListedTask], parameters: dict[str, str], store: Path | None) -> SweepFolder:
+def write_list(
+    path: Path,
+    tasks: Iterable[ListedTask],
+    parameters: dict[str, str],
+    store: Path | None,
+    *,
+    allow_code: bool = False,
+) -> SweepFolder:
     """Write the list of a sweep into its folder, which need not exist; return it. What was listed before is replaced.
 
     `store` is another folder for the results, which may have those of other sweeps.
@@ -105,12 +114,12 @@ def write_list(path: Path, tasks: Iterable[ListedTask], parameters: dict[str, st
                 file.write(task.model_dump_json() + "\n")
         for name in (LOGS, FAILURES, TABLES_FOLDER):
             (path / name).mkdir(exist_ok=True)
-    found = read_folder(path)
+    found = read_folder(path, allow_code=allow_code)
     found.store.make()
     return found
 
 
-def read_folder(path: Path) -> SweepFolder:
+def read_folder(path: Path, *, allow_code: bool = False) -> SweepFolder:
     """Return the sweep in a folder.
 
     Raises:
@@ -143,7 +152,7 @@ def read_folder(path: Path) -> SweepFolder:
         raise GpsecError(f"{file}: cannot be read: {error.strerror}") from None
     except (ValueError, LookupError, TypeError, AttributeError):
         raise GpsecError(f"{file}: expected the list of a sweep, found other data") from None
-    return SweepFolder(path, store, parameters, *stated, labels, places)
+    return SweepFolder(path, store, parameters, *stated, labels, places, allow_code)
 
 
 def _instead(path: Path) -> str:

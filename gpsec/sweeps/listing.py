@@ -11,6 +11,7 @@ from gpsec.pipeline.fingerprint import fingerprint
 from gpsec.scenario import Scenario, load_scenario
 from gpsec.scenario.outside import Outside
 from gpsec.scenario.overrides import of_keywords
+from gpsec.scenario.parts import is_code, relocate
 from gpsec.scenario.worlds import with_worlds
 from gpsec.sweeps.cells import combinations, simulations, varied
 from gpsec.sweeps.plan import SweepEntry, SweepPlan
@@ -43,9 +44,14 @@ def listed(plan: SweepPlan, file: Path, allow_code: bool = False) -> Iterator[Li
 
 
 def _of_entry(plan: SweepPlan, entry: SweepEntry, file: Path, allow_code: bool) -> Iterator[ListedTask]:
-    changes = of_keywords({**plan.set, **entry.set})
-    parts = tuple(str(file.parent / part) if (file.parent / part).exists() else part for part in plan.parts)
-    outside = Outside(parts, allow_code)
+    for part in plan.parts:
+        if is_code(part) and not allow_code:
+            raise GpsecError(
+                f"parts: '{shown(part)}' is code, and a plan may come from somebody else; --allow-code runs it"
+            )
+    parts = [relocate(part, lambda place: str((file.parent / place).resolve())) for part in plan.parts]
+    changes = of_keywords({**({"parts": parts} if parts else {}), **plan.set, **entry.set})
+    outside = Outside(allow_code=allow_code)
     names: dict[str, str] = {}
     for argument in entry.scenarios:
         beside = file.parent / argument

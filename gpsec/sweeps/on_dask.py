@@ -5,11 +5,12 @@ so that nothing is lost with a worker, the scheduler or the client.
 """
 
 import logging
+import time
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from gpsec.core.errors import GpsecError, MachineError, shown
 from gpsec.core.progress import DONE, FAILED, Progress, Report
@@ -29,6 +30,8 @@ _AHEAD = 3
 # A machine's fault may be that of one machine.
 _MOST_TRIES = 3
 _WAIT_S = 60.0
+# Workers come and go; who they are is asked for so often, since the answer takes as long as several tasks.
+_ASK_S = 2.0
 
 
 @contextmanager
@@ -78,6 +81,13 @@ def work_on(
     return _Dispatch(client, sweep, fingerprints, report, run).work()
 
 
+class _Given(NamedTuple):
+    """A task that was handed out, and to whom; to anybody where there is no worker."""
+
+    fingerprint: str
+    workers: tuple[str, ...]
+
+
 class _Dispatch:
     """What is waiting, at work and refused."""
 
@@ -88,24 +98,24 @@ class _Dispatch:
         self._report = report
         self._waiting = [each for each in reversed(fingerprints) if not sweep.store.has(each)]
         self._tries: Counter[str] = Counter()
-        self._at_work: dict[Any, str] = {}
+        self._at_work: dict[Any, _Given] = {}
         self._refused: dict[str, str] = {}
         self._failures: list[Failure] = []
         self._where: dict[str, set[str]] = {}
+        self._known: tuple[str, ...] = ()
+        self._seen: set[str] = set()
+        self._asked_s = 0.0
 
     def work(self) -> Worked:
-        from distributed import as_completed
-
-        for address, said in self._client.run(about, str(self._sweep.path), on_error="return").items():
-            self._look(address, said)
+        """Hand out and collect until all is done."""
         self._client.subscribe_topic(TOPIC, self._tell)
-        done = as_completed(loop=self._client.loop)
         try:
             while self._waiting or self._at_work:
-                self._submit(done)
-                future = next(done)
-                self._ended(self._at_work.pop(future), future)
-                future.release()
+                self._submit()
+                for future in self._some_ended():
+                    self._ended(self._at_work.pop(future).fingerprint, future)
+                    future.release()
+                self._take_back()
         except KeyboardInterrupt:
             self._client.cancel(list(self._at_work))
             return Worked(self._failures, interrupted=True)
@@ -114,33 +124,54 @@ class _Dispatch:
                 self._client.unsubscribe_topic(TOPIC)
         return Worked(self._failures)
 
-    def _look(self, address: str, said: object) -> None:
-        """Refuse a worker that is not as we are."""
-        if said == environment_digest():
-            return
-        why = shown(said) if isinstance(said, Exception) else str(said)
-        if not why.startswith("cannot"):
-            why = f"has other code or libraries ({why[:12]}, here {environment_digest()[:12]})"
-        self._refuse(address, why)
+    def _some_ended(self) -> list[Any]:
+        """Wait for tasks that have ended, for some time; return them."""
+        from distributed import CancelledError, wait
+
+        with suppress(TimeoutError, CancelledError):  # who is cancelled has ended, too
+            wait(list(self._at_work), timeout=_ASK_S, return_when="FIRST_COMPLETED")
+        return [future for future in self._at_work if future.done()]
+
+    def _take_back(self) -> None:
+        """Take back tasks that are for workers only which are gone: Dask would keep them for these."""
+        alive = set(self._alive())
+        for future, given in list(self._at_work.items()):
+            if given.workers and alive.isdisjoint(given.workers) and not future.done():
+                del self._at_work[future]
+                future.cancel()
+                self._tries[given.fingerprint] -= 1
+                self._waiting.append(given.fingerprint)
+
+    def _look(self, addresses: list[str]) -> None:
+        """Refuse those of some workers that are not as we are."""
+        here = environment_digest()
+        told = self._client.run(about, str(self._sweep.path), workers=addresses, on_error="return")
+        for address, said in told.items():
+            if isinstance(said, Exception):
+                self._refuse(address, f"cannot be used: it does not find gpsec there ({shown(said)})")
+            elif said != here:
+                unfit = str(said).startswith("cannot")
+                self._refuse(address, said if unfit else f"has other code or libraries ({said[:12]}, here {here[:12]})")
 
     def _refuse(self, address: str, why: str) -> None:
         if address not in self._refused:
             self._refused[address] = why
             self._report(Progress(f"worker {address}", note=f"refused: {why}"))
 
-    def _submit(self, done: Any) -> None:
+    def _submit(self) -> None:
         """Hand out what the workers may soon run."""
-        workers = self._workers()
-        while self._waiting and len(self._at_work) < _AHEAD * len(workers):
+        alive = self._workers()
+        while self._waiting and len(self._at_work) < _AHEAD * len(alive):
             fingerprint = self._waiting.pop()
             self._tries[fingerprint] += 1
-            own = [each for each in workers if each not in self._where.get(fingerprint, ())] or workers
+            tried = self._where.get(fingerprint, ())
+            own: tuple[str, ...] = ()
+            if tried or self._refused:
+                own = tuple(each for each in alive if each not in tried) or tuple(alive)
             arguments = (str(self._sweep.path), fingerprint, self._sweep.labels[fingerprint], self._run)
-            future = self._client.submit(
-                run_one, *arguments, workers=own, allow_other_workers=True, pure=False, retries=0
-            )
-            self._at_work[future] = fingerprint
-            done.add(future)
+            allowed = self._sweep.allow_code
+            future = self._client.submit(run_one, *arguments, allowed, workers=own or None, pure=False, retries=0)
+            self._at_work[future] = _Given(fingerprint, own)
 
     def _workers(self) -> list[str]:
         """Return the workers that may be used; wait for some where there are none yet, as on a cluster that starts.
@@ -152,6 +183,7 @@ class _Dispatch:
         if not found:
             with suppress(TimeoutError):
                 self._client.wait_for_workers(len(self._refused) + 1, timeout=_WAIT_S)
+            self._known = ()
             found = self._alive()
         if not found and not self._at_work:
             reasons = "; ".join(f"{address} {why}" for address, why in self._refused.items())
@@ -160,8 +192,14 @@ class _Dispatch:
         return found
 
     def _alive(self) -> list[str]:
-        workers = self._client.scheduler_info(n_workers=-1)["workers"]
-        return [address for address in workers if address not in self._refused]
+        now_s = time.monotonic()
+        if not self._known or now_s - self._asked_s > _ASK_S:
+            found = tuple(self._client.scheduler_info(n_workers=-1)["workers"])
+            if new := [address for address in found if address not in self._seen]:
+                self._seen |= set(new)
+                self._look(new)
+            self._known, self._asked_s = found, now_s
+        return [address for address in self._known if address not in self._refused]
 
     def _ended(self, fingerprint: str, future: Any) -> None:
         """Note what became of a task."""
@@ -178,7 +216,7 @@ class _Dispatch:
                 return
             failure = Failure(label, said["sentence"], said["details"], MachineError if said["machine"] else GpsecError)
             self._where.setdefault(fingerprint, set()).add(said["worker"])
-        elif future.status == "error":  # KilledWorker: several workers were gone while they had it
+        elif future.status == "error":  # several workers were gone while they had it, or it could not be told to one
             failure = Failure(label, f"its worker ended early: {shown(future.exception())}", "", MachineError)
         else:
             raise MachineError(

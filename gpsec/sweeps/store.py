@@ -18,7 +18,6 @@ from pathlib import Path
 from secrets import token_hex
 from typing import BinaryIO
 
-from gpsec.core.disk import sync, sync_tree
 from gpsec.core.errors import GpsecError
 from gpsec.core.system import in_a_sentence
 from gpsec.outcomes.tables import whole
@@ -151,12 +150,13 @@ class Store:
     def publish(self, claim: Claim) -> None:
         """Let a run take its place, and give the claim back.
 
+        It is not written through to the disk: what a power cut spoils is found by its digests, and made again.
+
         Raises:
             GpsecError: the disk refuses.
         """
         try:
             with in_a_sentence(f"{self.path}: cannot be written"):
-                sync_tree(claim.made)
                 target = self.result(claim.fingerprint)
                 if target.exists() and not self.has(claim.fingerprint):  # somebody has spoilt it by hand
                     shutil.rmtree(target)
@@ -165,7 +165,6 @@ class Store:
                 except OSError:
                     if not self.has(claim.fingerprint):  # else somebody has made the same
                         raise
-                sync(self.path)
         finally:
             claim.release()
 
@@ -180,9 +179,8 @@ class Store:
 
     def sweep_up(self) -> None:
         """Remove what workers that are gone have left."""
-        for place in self._claims.iterdir():
-            if not place.name.startswith("."):
-                self._bury(place)
+        for place in self._claims.iterdir():  # also those that were killed while they buried another one
+            self._bury(place)
 
     @property
     def _claims(self) -> Path:

@@ -58,7 +58,7 @@ def work_through(
     """
     sweep.store.sweep_up()
     left = [fingerprint for fingerprint in fingerprints if not sweep.store.has(fingerprint)]
-    _compile(sweep, left, report)
+    compile_first(sweep, left, report)
     while left:
         desk = SweepDesk(sweep, left)
         if run_tasks(desk, jobs, report, run):
@@ -82,12 +82,12 @@ def work_through(
     return Worked([failures[each] for each in fingerprints if each in failures])
 
 
-def _compile(sweep: SweepFolder, fingerprints: Sequence[str], report: Report) -> None:
+def compile_first(sweep: SweepFolder, fingerprints: Sequence[str], report: Report) -> None:
     """Compile what the first simulation needs, unless that has been done."""
     for fingerprint in fingerprints[:1]:
         task = sweep.tasks(fingerprint)[0]
         try:
-            scenario = Scenario.model_validate_json(task.told, context={ALLOW_CODE: True})
+            scenario = Scenario.model_validate_json(task.told, context={ALLOW_CODE: sweep.allow_code})
         except ValueError:
             return  # the run says why
         compile_kernels([scenario], sweep.store.path, _named(report, task.label))

@@ -36,7 +36,7 @@ from gpsec.sweeps.folder import read_folder
 from gpsec.sweeps.on_dask import connected, work_on
 from gpsec.sweeps.work import missing
 from gpsec.core.errors import GpsecError
-from tests.sweeps.fake import slow_run
+from sweeps.fake import slow_run
 sweep = read_folder(Path(sys.argv[1]))
 try:
     with connected(sys.argv[2], 1) as client:
@@ -52,7 +52,7 @@ def start(tmp_path: Path) -> Iterator[Start]:
     processes: list[subprocess.Popen[bytes]] = []
 
     def begin(*arguments: str, path: Path = ROOT, limit: str = "") -> subprocess.Popen[bytes]:
-        environment = {**os.environ, "PYTHONPATH": f"{path}{os.pathsep}{ROOT}"}
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(map(str, (path, ROOT, ROOT / "tests")))}
         command = [sys.executable, *arguments]
         if limit:
             command = ["sh", "-c", f'{limit}; exec "$@"', "sh", *command]
@@ -175,8 +175,8 @@ def test_a_scheduler_that_is_killed(tmp_path: Path, start: Start, expected: dict
 def test_a_worker_whose_disk_is_full(tmp_path: Path, start: Start, expected: dict[str, bytes]) -> None:
     sweep = make(tmp_path, "1-3")
     _, address = scheduler(start, tmp_path)
-    # No file of it may be longer than nothing: what a full disk says, for this worker alone.
-    worker(start, address, "full", limit="ulimit -f 0")
+    # No file of it may be as long as a table: what a full disk says, for this worker alone.
+    worker(start, address, "full", limit="ulimit -f 64")
     worker(start, address, "whole")
     with connected(address, 1) as client:
         client.wait_for_workers(2, timeout=120)

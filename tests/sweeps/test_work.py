@@ -210,3 +210,35 @@ def test_a_process_that_cannot_be_started_fails_alone(tmp_path: Path, monkeypatc
     worked = work_through(sweep, missing(sweep), 1, quiet, fake_run)
     assert len(worked.failures) == 2
     assert nothing_left(sweep.store.path)
+
+
+PART = """
+from typing import ClassVar
+
+from gpsec.attacks.constant_bias import ConstantBias
+
+
+class Mine(ConstantBias):
+    name: ClassVar[str] = "mine"
+"""
+
+
+def test_a_part_that_the_workers_do_not_have(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(PART)
+    path = plan_of(tmp_path, "1")
+    path.write_text(f'parts = ["mine.py:Mine"]\nset.plans = [{{ attack = "mine", bias_m = 1.0 }}]\n{path.read_text()}')
+    command = [sys.executable, "-m", "gpsec", "sweep"]
+    listing = [*command, str(path), "--list", "--out", str(tmp_path / "made")]
+    done = subprocess.run(listing, cwd=ROOT, capture_output=True, text=True)
+    assert "parts: 'mine.py:Mine' is code, and a plan may come from somebody else; --allow-code runs it" in done.stderr
+    subprocess.run([*listing, "--allow-code"], cwd=ROOT, check=True)
+    worker = [*command, "--worker", str(tmp_path / "made")]
+    said = "gpsec: error: first slow_curve seed=1: parts: cannot be used on this machine: "
+    done = subprocess.run(worker, cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 1
+    assert "mine.py:Mine' is code, and a scenario may come from somebody else" in done.stderr.partition(said)[2]
+    (tmp_path / "mine.py").unlink()
+    done = subprocess.run([*worker, "--allow-code"], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 1
+    assert "cannot be read: No such file" in done.stderr.partition(said)[2]
+    assert nothing_left(tmp_path / "made" / "store")
