@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 
 from gpsec.core.progress import DONE, FAILED, Progress
 
-
 # Before a quarter of a task is done, nobody knows how long one takes.
 _ENOUGH = 0.25
 
