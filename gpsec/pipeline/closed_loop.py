@@ -90,14 +90,15 @@ class ClosedLoop:
         people = {row: self._names.pop(row) for row in frame.left}
         self._happened.close(people, _KINDS)
         self._happened.totals.arrived += len(people)
-        gone = numbers(np.array(frame.left, np.int32), others=False)
         new = np.array([departure.row for departure in frame.departures], np.int32)
         for departure in frame.departures:
             self._names[departure.row] = departure.vehicle_id
             self._happened.totals.arrived -= departure.first_id != departure.vehicle_id  # it has only gone on
-        self._encounters.forget(np.concatenate([gone, numbers(new, others=False)]))
-        self._kept.enter(numbers(new, others=False))
-        if frame.carried is not None:
+        if frame.left or len(new):
+            changed = np.concatenate([np.array(frame.left, np.int32), new])
+            self._encounters.forget(numbers(changed, others=False))
+            self._kept.enter(numbers(new, others=False))
+        if frame.carried is not None and len(frame.carried.others.entered):
             entered = numbers(frame.carried.others.entered, others=True)
             self._encounters.forget(entered)
             self._kept.enter(entered)

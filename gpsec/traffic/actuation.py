@@ -11,63 +11,23 @@ with e = 4 mm towards the lane beside, or away from the edge of the road. SUMO k
 followers see the vehicle where it is; SUMO changes its lane by itself.
 """
 
-from math import radians, sin
-from typing import NamedTuple
+from collections import deque
+from collections.abc import Callable
 
 import libsumo
 import numpy as np
 
-from gpsec.core.arrays import Flags, Floats, Ints
-from gpsec.core.tables import Table, blank
-from gpsec.traffic.commands import CommandKind, Commands
-from gpsec.traffic.path_changes import side_to_change_to
+from gpsec.core.arrays import Floats, Ints
+from gpsec.core.tables import Table
+from gpsec.traffic.commands import Commands
+from gpsec.traffic.path_changes import has_room, wanted_side
+from gpsec.traffic.shadows import Held, Orders, Placed, TakenOver, move_shadows, settle_shadows, take_orders
 from gpsec.traffic.sumo_lanes import SumoLanes
 
-# Before a junction the shadow is back on its path from this far on, or from this long.
-_ZONE_M, _ZONE_S = 30.0, 3.0
-# The shadow moves no faster across the road: the roster takes longer moves for jumps.
-_SHADOW_MPS = 2.0
-# A path goes over to the lane beside it at the speed of SUMO's own vehicles, and at no larger angle than steering has:
-# who stands does not slide across the road.
-_PATH_MPS, MOST_HEADING_RAD = 0.9, radians(15.0)
 # SUMO bounds the speed across the road of its own vehicles; those that are steered are put where they are to be.
 _BOUND, _FREE_MPS, _NONE = "laneChangeModel.lcMaxSpeedLatStanding", "1", "0"
-# Further from its path no shadow is put.
-_REACH_M = 8.0
-_NUDGE_M = 0.004
-# In which steps it is looked whether a path leads on along the route.
-_LOOK_EVERY_S = 1.0
-
-
-class Held(NamedTuple):
-    """Vehicles that are steered; N vehicle rows. What is across the road is as SUMO has it, see `SumoLanes`.
-
-    Attributes:
-        present: (N,) the row is that of a vehicle on the road.
-        held: (N,) it is steered.
-        path: (N,) lane that is its path.
-        lane: (N,) lane on which SUMO had it before the last step.
-        shift_m: (N,) of the path from the middle of that lane, while the path goes over to it.
-        wish_m: (N,) displacement from the path that is commanded.
-        shadow_m: (N,) where SUMO has the vehicle, from the middle of the path's lane.
-        half_width_m: (N,) of its body.
-        brake_mps2: (N,) for this step.
-        position_m, speed_mps: (N,) along its lane, after the last step.
-        mode: (N,) lane-change mode that it had before.
-    """
-
-    present: Flags = blank(False)
-    held: Flags = blank(False)
-    path: Ints = blank(-1)
-    lane: Ints = blank(-1)
-    shift_m: Floats = blank(0.0)
-    wish_m: Floats = blank(0.0)
-    shadow_m: Floats = blank(0.0)
-    half_width_m: Floats = blank(0.9)
-    brake_mps2: Floats = blank(0.0)
-    position_m: Floats = blank(0.0)
-    speed_mps: Floats = blank(0.0)
-    mode: Ints = blank(0)
+# So often it is looked whether a path leads on along the route, which may change; and whether there is room to go over.
+_LOOK_S, _LOOK_FOR_ROOM_S = 5.0, 1.0
 
 
 class Actuation:
@@ -84,7 +44,17 @@ class Actuation:
         self._step_s = step_s
         self._held = Table(Held)
         self._names: dict[int, str] = {}
+        self._steered: list[str] = []  # SUMO's ids of `rows`
+        self._changes, self._placed = TakenOver.room(0), Placed.room(0)
         self._steps = 0
+        self._load()
+
+    def _load(self) -> None:
+        """Call the kernels for nobody: their machine code is loaded while nothing is timed."""
+        nobody: Ints = np.zeros(0, np.int32)
+        self.take(Commands.none(), nobody)
+        move_shadows(nobody, nobody, self.lanes.now, self._step_s, self.now, self._placed)
+        settle_shadows(nobody, nobody, np.zeros(0), self.lanes.now, self._step_s, self.now, self._placed)
 
     @property
     def now(self) -> Held:
@@ -107,36 +77,39 @@ class Actuation:
             self.now.held[row] = self.now.present[row] = False
             self.now.brake_mps2[row] = 0.0
             del self._names[row]
-        self._refresh()
+        if rows:
+            self._refresh()
 
     def name_of(self, row: int) -> str | None:
         """Return SUMO's id of the vehicle of a row, None where it has left."""
         return self._names.get(row)
 
-    def take(self, commands: Commands, lane: Ints) -> None:
-        """Take commands for vehicles of the fleet; `lane` (N,) is that of each vehicle row now."""
-        held = self.now
-        held.brake_mps2[:] = 0.0
-        ours = ~commands.others & (commands.rows < self._held.capacity)
-        ours[ours] = held.present[commands.rows[ours]]  # who has left since is passed over
-        steered, released = ours & (commands.order == CommandKind.STEER), ours & (commands.order == CommandKind.RELEASE)
-        rows = commands.rows[steered]
-        for row in rows[~held.held[rows]].tolist():
+    def take(self, commands: Commands, lane: Ints) -> bool:
+        """Take commands for vehicles of the fleet; `lane` (N,) is that of each vehicle row now.
+
+        Return whether there are others: for those who are not part of it, or to take somebody out.
+        """
+        orders = Orders(commands.rows, commands.others, commands.order, commands.lateral_m, commands.brake_mps2)
+        if len(orders.rows) > len(self._changes.begun):
+            self._changes = TakenOver.room(2 * len(orders.rows))
+        changes = self._changes
+        take_orders(orders, float(self.lanes.now.left_sign[0]), self.now, changes)
+        begun, ended, others = changes.sizes.tolist()
+        for row in changes.begun[:begun].tolist():
             self._begin(row, int(lane[row]))
-        held.wish_m[rows] = self.lanes.left_sign * commands.lateral_m[steered]
-        for row in commands.rows[released].tolist():
-            if held.held[row]:
-                held.held[row] = False
-                self._give_back(row)
-        braking = steered | (ours & (commands.order == CommandKind.BRAKE))
-        held.brake_mps2[commands.rows[braking]] = commands.brake_mps2[braking]
-        self._refresh()
+        for row in changes.ended[:ended].tolist():
+            self.now.held[row] = False
+            self._give_back(row)
+        if begun or ended:
+            self._refresh()
+        return bool(others)
 
     def _begin(self, row: int, lane: int) -> None:
         """Take a vehicle from SUMO where it is: that is its path, which moves to the middle of the lane."""
         vehicle, name, held = libsumo.vehicle, self._names[row], self.now
         held.held[row] = True
         held.path[row] = held.lane[row] = lane
+        held.look_step[row] = self._steps + round(_LOOK_FOR_ROOM_S / self._step_s)
         held.shift_m[row] = held.shadow_m[row] = vehicle.getLateralLanePosition(name)
         held.position_m[row], held.speed_mps[row] = vehicle.getLanePosition(name), vehicle.getSpeed(name)
         held.mode[row] = vehicle.getLaneChangeMode(name)
@@ -150,89 +123,61 @@ class Actuation:
 
     def _refresh(self) -> None:
         self.rows = np.flatnonzero(self.now.held).astype(np.int32)
+        self._steered = [self._names[row] for row in self.rows.tolist()]
+        if len(self.rows) > len(self._placed.put_m):
+            self._placed = Placed.room(2 * len(self.rows))
 
     def place(self, lane: Ints) -> None:
         """Put the shadows where they are to be in the next step, and brake; `lane` (N,) is that of each row now."""
         self._steps += 1
-        if len(self.rows):
-            self._put_shadows(self.rows, lane)
-        held = self.now
-        for row in np.flatnonzero(held.brake_mps2).tolist():
-            libsumo.vehicle.setAcceleration(self._names[row], -float(held.brake_mps2[row]), self._step_s)
+        count = len(self.rows)
+        if count:
+            self._change_paths(lane)
+            placed, vehicle = self._placed, libsumo.vehicle
+            move_shadows(self.rows, lane, self.lanes.now, self._step_s, self.now, placed)
+            _call(vehicle.setLateralLanePosition, self._steered, placed.put_m[:count].tolist())
+            _call(vehicle.changeSublane, self._steered, placed.nudge_m[:count].tolist())
+        brake_mps2 = self.now.brake_mps2
+        for row in np.flatnonzero(brake_mps2).tolist():
+            libsumo.vehicle.setAcceleration(self._names[row], -float(brake_mps2[row]), self._step_s)
 
-    def _put_shadows(self, rows: Ints, lane: Ints) -> None:
-        held, lanes = self.now, self.lanes
-        self._follow(rows, lane[rows])
-        self._change_paths(rows)
-        at, path = lane[rows], held.path[rows]
-        slack_m = np.maximum(0.5 * lanes.width_m[path] - held.half_width_m[rows], 0.0)
-        ahead_m = lanes.length_m[at] - held.position_m[rows]
-        zone = lanes.internal[at] | (ahead_m < np.maximum(_ZONE_M, _ZONE_S * held.speed_mps[rows]))
-        bound_m = np.where(zone, slack_m, _REACH_M)
-        wanted_m = np.clip(held.shift_m[rows] + held.wish_m[rows], -bound_m, bound_m)
-        most_m = _SHADOW_MPS * self._step_s
-        held.shadow_m[rows] += np.clip(wanted_m - held.shadow_m[rows], -most_m, most_m)
-        put_m = held.shadow_m[rows] + lanes.middle_m[path] - lanes.middle_m[at]
-        # SUMO changes the lane of who moves out of it, and moves nobody out of the road.
-        beside = np.where(put_m > 0.0, lanes.left[at], lanes.right[at]) >= 0
-        nudge_m = np.where((put_m > 0.0) == beside, _NUDGE_M, -_NUDGE_M)
-        vehicle = libsumo.vehicle
-        names = [self._names[row] for row in rows.tolist()]
-        for name, y, nudge in zip(names, (put_m - nudge_m).tolist(), nudge_m.tolist(), strict=True):
-            vehicle.setLateralLanePosition(name, y)
-            vehicle.changeSublane(name, nudge)
-
-    def _follow(self, rows: Ints, lane: Ints) -> None:
-        """Let paths lead on: onto the lane of a new edge on which SUMO has the vehicle, with its place across kept."""
-        held, lanes = self.now, self.lanes
-        new = lanes.edge[lane] != lanes.edge[held.path[rows]]
-        if new.any():
-            moved, path = rows[new], held.path[rows[new]]
-            apart_m = lanes.middle_m[path] - lanes.middle_m[held.lane[moved]]
-            held.shift_m[moved] += apart_m
-            held.shadow_m[moved] += apart_m
-            held.path[moved] = lane[new]
-        held.lane[rows] = lane
-        most_m = np.minimum(_PATH_MPS, sin(MOST_HEADING_RAD) * np.maximum(held.speed_mps[rows], 0.0)) * self._step_s
-        held.shift_m[rows] -= np.clip(held.shift_m[rows], -most_m, most_m)
-
-    def _change_paths(self, rows: Ints) -> None:
+    def _change_paths(self, lane: Ints) -> None:
         """Let a path that does not lead on along the route go over to the lane beside it, where there is room."""
-        held, lanes = self.now, self.lanes
-        every = max(1, round(_LOOK_EVERY_S / self._step_s))
-        due = ((rows + self._steps) % every == 0) & (np.abs(held.shift_m[rows]) < 1e-9)
-        due &= ~lanes.internal[held.path[rows]]
-        for row in rows[due].tolist():
-            path = int(held.path[row])
-            if lanes.left[path] < 0 and lanes.right[path] < 0:
-                continue
-            side = side_to_change_to(self._names[row], lanes.ids[path])
-            to = int(lanes.left[path] if side > 0 else lanes.right[path]) if side else -1
-            if to >= 0:
-                apart_m = lanes.middle_m[to] - lanes.middle_m[path]
-                held.path[row] = to
-                held.shift_m[row] -= apart_m
-                held.shadow_m[row] -= apart_m
+        held = self.now
+        for row in self.rows[held.look_step[self.rows] <= self._steps].tolist():
+            if self.lanes.now.edge[lane[row]] == self.lanes.now.edge[held.path[row]] and held.shift_m[row] == 0.0:
+                held.look_step[row] = self._steps + round(self._change_path(row) / self._step_s)
 
-    def settle(self, lane: Ints) -> Floats:
-        """Read where SUMO has the vehicles after the step; return their (n,) surplus. `lane` (N,) is that of rows."""
-        rows, held = self.rows, self.now
-        if not len(rows):
-            return np.zeros(0)
-        names = [self._names[row] for row in rows.tolist()]
-        position_m = np.array(list(map(libsumo.vehicle.getLanePosition, names)), np.float64)
-        same = lane[rows] == held.lane[rows]
-        way_m = position_m - held.position_m[rows]
-        held.speed_mps[rows] = np.where(same, way_m / self._step_s, held.speed_mps[rows])
-        held.position_m[rows] = position_m
-        surplus_m: Floats = self.lanes.left_sign * (held.shift_m[rows] + held.wish_m[rows] - held.shadow_m[rows])
-        return surplus_m
+    def _change_path(self, row: int) -> float:
+        """Let a path go over where it has to and can; return the seconds after which to look again."""
+        held, lanes, name = self.now, self.lanes.now, self._names[row]
+        path = int(held.path[row])
+        if lanes.internal[path] or (lanes.left[path] < 0 and lanes.right[path] < 0):
+            return _LOOK_S
+        side = wanted_side(name, self.lanes.ids[path])
+        to = int(lanes.left[path] if side > 0 else lanes.right[path]) if side else -1
+        if to < 0:
+            return _LOOK_S
+        if not has_room(name, side):
+            return _LOOK_FOR_ROOM_S
+        apart_m = lanes.middle_m[to] - lanes.middle_m[path]
+        held.path[row] = to
+        held.shift_m[row] -= apart_m
+        held.shadow_m[row] -= apart_m
+        return 0.0
 
-    def displaced(self, front_m: Floats, surplus_m: Floats, lane: Ints) -> Floats:
-        """Return (n, 2) true positions of the steered vehicles, of SUMO's positions, their (n,) surplus and lanes."""
-        true_m = front_m.copy()
-        for k in np.flatnonzero(np.abs(surplus_m) > 1e-6).tolist():
-            nx, ny = self.lanes.left_of(int(lane[k]), float(self.now.position_m[self.rows[k]]))
-            true_m[k, 0] += surplus_m[k] * nx
-            true_m[k, 1] += surplus_m[k] * ny
-        return true_m
+    def settle(self, lane: Ints) -> tuple[Floats, Floats]:
+        """Read where SUMO has the vehicles after the step; `lane` (N,) is that of each row.
+
+        Return their surplus as (n,) metres to the left and (n, 2) vectors, to be added to SUMO's positions.
+        """
+        count, placed = len(self.rows), self._placed
+        if count:
+            position_m = np.array(list(map(libsumo.vehicle.getLanePosition, self._steered)), np.float64)
+            settle_shadows(self.rows, lane, position_m, self.lanes.now, self._step_s, self.now, placed)
+        return placed.surplus_m[:count].copy(), placed.apart_m[:count]
+
+
+def _call(command: Callable[[str, float], None], names: list[str], values: list[float]) -> None:
+    """Give the command for each vehicle; no loop of Python's own."""
+    deque(map(command, names, values), maxlen=0)

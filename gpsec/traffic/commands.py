@@ -17,6 +17,10 @@ class CommandKind(IntEnum):
     REMOVE = 3
 
 
+# The same as numbers, for kernels.
+STEER, RELEASE, BRAKE, REMOVE = map(int, CommandKind)
+
+
 @dataclass(frozen=True)
 class Commands:
     """What is to be done before the next step; n vehicles.
@@ -62,6 +66,12 @@ class Others:
     length_m: Floats
     width_m: Floats
     sumo_id: tuple[str, ...] = ()
+
+    @staticmethod
+    def nobody() -> "Others":
+        """Return nobody at all."""
+        whole, real = np.zeros(0, np.int32), np.zeros(0)
+        return Others(whole, whole, np.zeros((0, 2)), real, real, real, real)
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """A simulation that takes commands between its steps: the traffic of the closed loop."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from dataclasses import replace
 from math import tan
 from time import perf_counter
@@ -11,11 +11,12 @@ import numpy as np
 from gpsec.core.arrays import Ints
 from gpsec.core.geo import yaw_from_sumo_angle
 from gpsec.core.tables import Slots
-from gpsec.traffic.actuation import MOST_HEADING_RAD, Actuation
+from gpsec.traffic.actuation import Actuation
 from gpsec.traffic.commands import Carried, CommandKind, Commands, Others
 from gpsec.traffic.delays import Delays
 from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.session import SUMO_ERRORS, SumoSession
+from gpsec.traffic.shadows import MOST_HEADING_RAD
 from gpsec.traffic.source import Equip, Frame
 from gpsec.traffic.sumo_lanes import SumoLanes
 
@@ -52,18 +53,22 @@ class ControlledSession(SumoSession):
         """
         began = perf_counter()
         try:
-            self._actuation.take(commands, self._lane)
-            for at in np.flatnonzero(commands.others & (commands.order == CommandKind.BRAKE)).tolist():
-                self._bystanders.brake(int(commands.rows[at]), float(commands.brake_mps2[at]), self.step_s)
-            for at in np.flatnonzero(commands.order == CommandKind.REMOVE).tolist():
-                names = self._bystanders if commands.others[at] else self._actuation
-                name = names.name_of(int(commands.rows[at]))
-                if name is not None:
-                    libsumo.vehicle.remove(name)
-                    self._removed += 1
+            if self._actuation.take(commands, self._lane):
+                self._take_others(commands)
         except SUMO_ERRORS as error:
             raise self._sumo_error(error) from None
         self._spent_s += perf_counter() - began
+
+    def _take_others(self, commands: Commands) -> None:
+        """Let others brake, and take out who is to be taken out."""
+        for at in np.flatnonzero(commands.others & (commands.order == CommandKind.BRAKE)).tolist():
+            self._bystanders.brake(int(commands.rows[at]), float(commands.brake_mps2[at]), self.step_s)
+        for at in np.flatnonzero(commands.order == CommandKind.REMOVE).tolist():
+            names = self._bystanders if commands.others[at] else self._actuation
+            name = names.name_of(int(commands.rows[at]))
+            if name is not None:
+                libsumo.vehicle.remove(name)
+                self._removed += 1
 
     def _next_frame(self) -> Frame:
         began = perf_counter()
@@ -93,12 +98,11 @@ class ControlledSession(SumoSession):
         self._lane[frame.rows] = frame.lane
         began = perf_counter()
         rows = self._actuation.rows
-        surplus_m = self._actuation.settle(self._lane)
-        at = np.searchsorted(frame.rows, rows)
+        surplus_m, apart_m = self._actuation.settle(self._lane)
         front_m = frame.front_m.copy()
-        front_m[at] = self._actuation.displaced(front_m[at], surplus_m, frame.lane[at])
+        front_m[np.searchsorted(frame.rows, rows)] += apart_m
         self._spent_s += perf_counter() - began
-        others = self._bystanders.read(set(self._roster.equipped))
+        others = self._bystanders.read(self._roster.equipped)
         path = self._actuation.now.path[rows]
         self._delays.read(frame, self._actuation)
         sums = self._removed, self._teleports, self._delays.lost_s, self._spent_s, self._delays.stuck
@@ -121,9 +125,11 @@ class _Bystanders:
         if (name := self.name_of(number)) is not None:
             libsumo.vehicle.setAcceleration(name, -brake_mps2, step_s)
 
-    def read(self, equipped: set[str]) -> Others:
+    def read(self, equipped: Set[str]) -> Others:
         """Return who is on the road beside the fleet."""
         vehicle = libsumo.vehicle
+        if not self._number_of and vehicle.getIDCount() == len(equipped):
+            return Others.nobody()
         present = [name for name in vehicle.getIDList() if name not in equipped and vehicle.getRoadID(name)]
         for gone in self._number_of.keys() - set(present):
             self._slots.give_back(self._number_of.pop(gone))

@@ -9,16 +9,15 @@ _LEAST_GAP_M = 1.0
 _LEADERS, _RIGHT = 2, 1
 
 
-def side_to_change_to(vehicle_id: str, path: str) -> int:
-    """Return 1 where the path, a lane's id, has to go over to the left, -1 to the right; 0 for neither, or no room."""
+def wanted_side(vehicle_id: str, path: str) -> int:
+    """Return 1 where the route asks of the path, a lane's id, to go over to SUMO's left, -1 to its right; 0 neither."""
     for lane_id, _, _, offset, *_ in libsumo.vehicle.getBestLanes(vehicle_id):
         if lane_id == path and offset != 0:
-            side = 1 if offset > 0 else -1
-            return side if _has_room(vehicle_id, side) else 0
+            return 1 if offset > 0 else -1
     return 0
 
 
-def _has_room(vehicle_id: str, side: int) -> bool:
+def has_room(vehicle_id: str, side: int) -> bool:
     """Return whether nobody beside the vehicle would have to brake harder than one may expect."""
     vehicle = libsumo.vehicle
     own = vehicle.getSpeed(vehicle_id)

@@ -26,7 +26,7 @@ def test_steered_vehicles_keep_to_their_paths_to_the_millimetre(repository, net)
     steered, off_m, stood, lost = {}, [], {}, 0
     with ControlledSession(options, hd_map.lane_index, everybody) as session:
         actuation = session._actuation
-        held, lanes = actuation.now, actuation.lanes
+        held, lanes = actuation.now, actuation.lanes.now
         for frame in session.frames(60.0):
             lost += sum("#" in departure.vehicle_id for departure in frame.departures)
             held = actuation.now
