@@ -9,13 +9,13 @@ from types import ModuleType
 
 from rich.console import Console
 
-from benchmarks import adaptive, closed, engines, growth, overhead, pixels, scale, startup
+from benchmarks import adaptive, closed, engines, growth, many, overhead, pixels, scale, startup
 from benchmarks.bench import Bench
 from benchmarks.city import ROOT
 from benchmarks.processes import RunFailedError
 from benchmarks.store import FigureStore
 
-GROUPS = (overhead, engines, scale, growth, startup, closed, pixels, adaptive)
+GROUPS = (overhead, engines, scale, growth, startup, closed, pixels, adaptive, many)
 FIGURES = tuple(figure for group in GROUPS for figure in group.FIGURES)
 KEYS = tuple(figure.key for figure in FIGURES)
 INTERRUPTED = 130
