@@ -100,8 +100,10 @@ def sentences(run: Results) -> dict[str, list[str]]:
 
 def _sentence(row: dict[Any, Any]) -> str:
     whose = "undefended" if row["defence"] == UNDEFENDED else f"with {row['defence']}"
-    if row["on_alarm"] != DRIVE_ON:
-        whose += f" that lets vehicles {row['on_alarm'].replace('_', ' ')}" if row["defence"] != UNDEFENDED else ""
+    if row["on_alarm"] != DRIVE_ON and row["defence"] != UNDEFENDED:
+        whose += f" that lets vehicles {row['on_alarm'].replace('_', ' ')}"
+    if row["false_alarms_per_h"] > 0.0:
+        whose += f", {row['false_alarms_per_h']:g} an hour"
     name = "collisions_per_1000_vkm"
     between = _range(row[f"{name}_low"], row[f"{name}_high"], 1)
     between = f" ({between})" if between else ""
