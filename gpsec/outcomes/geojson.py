@@ -7,7 +7,10 @@ from typing import Any
 import numpy as np
 
 from gpsec.core.errors import GpsecError
+from gpsec.core.geo import Projector
 
+# Member of the collection that says which frame the net has, beyond RFC 7946.
+FRAME = "frame"
 # Geometry of each kind of feature, and the fewest points of its lines.
 _GEOMETRIES = {"lane": ("LineString", 2), "zone": ("Polygon", 3), "multipath": ("Polygon", 3)}
 
@@ -32,6 +35,23 @@ def read_features(path: Path) -> list[dict[str, Any]]:
     if not whole:
         raise GpsecError(f"{path}: expected a GeoJSON collection of lanes and zones, found another file")
     return features
+
+
+def stated_frame(projector: Projector) -> dict[str, Any]:
+    """Return the frame of a net as plain JSON, for `FRAME`."""
+    return {"definition": projector.definition, "offset_m": list(projector.offset_m)}
+
+
+def read_frame(path: Path) -> Projector | None:
+    """Return the frame of the net that a map is of; None where it does not say, as those of older versions."""
+    try:
+        stated = json.loads(path.read_text("utf-8"))[FRAME]
+        definition, (east_m, north_m) = stated["definition"], stated["offset_m"]
+        projector = Projector(str(definition), (float(east_m), float(north_m)), str(path))
+        projector.to_lon_lat(np.zeros((1, 2)))
+    except (OSError, ValueError, LookupError, TypeError, RecursionError, GpsecError):
+        return None
+    return projector
 
 
 def _is_feature(feature: Any) -> bool:

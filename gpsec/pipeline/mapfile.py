@@ -13,6 +13,7 @@ from gpsec.attacks.zones import Zone
 from gpsec.core.arrays import Floats
 from gpsec.core.geo import Projector
 from gpsec.hdmap.map import HDMap
+from gpsec.outcomes.geojson import FRAME, stated_frame
 from gpsec.outcomes.tables import MAP, whole
 from gpsec.sensors.multipath import Places
 
@@ -49,7 +50,8 @@ def write_map(folder: Path, hd_map: HDMap, plans: Sequence[Plan], places: Sequen
         for area, ring in zip(areas, rings[len(drawn) :], strict=True)
     ]
     with whole(folder / MAP) as partial:
-        text = json.dumps({"type": "FeatureCollection", "features": features}, separators=(",", ":"))
+        collection = {"type": "FeatureCollection", FRAME: stated_frame(hd_map.projector), "features": features}
+        text = json.dumps(collection, separators=(",", ":"))
         partial.write_text(text + "\n", encoding="utf-8")
 
 

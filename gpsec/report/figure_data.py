@@ -22,7 +22,8 @@ class Series:
 
     Attributes:
         name: in the legend and in the CSV.
-        kind: ``line``, ``step``, ``band``, ``points``, ``trail`` (both), ``bars``, ``road``, ``area``, ``span``.
+        kind: ``line``, ``step``, ``band``, ``points``, ``trail`` (both), ``bars``, ``road``, ``heat``, ``area``,
+            ``span``.
         x, y: values; NaN breaks a line.
         low, high: bounds of `y`, where there are any; x_low, x_high: of `x`.
         colour: number of a colour, `NEUTRAL` for that of the text.

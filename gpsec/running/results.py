@@ -9,10 +9,11 @@ from typing import Any
 import pandas as pd
 
 from gpsec.core.errors import GpsecError, shown
+from gpsec.core.geo import Projector
 from gpsec.outcomes.columns import read_checked
 from gpsec.outcomes.crosscheck import check_together
 from gpsec.outcomes.digests import WHOLE, compared
-from gpsec.outcomes.geojson import read_features
+from gpsec.outcomes.geojson import read_features, read_frame
 from gpsec.outcomes.manifests import read_manifest, stated_digests
 from gpsec.outcomes.naming import base_name
 from gpsec.outcomes.ranking import Ranking, rankings
@@ -191,6 +192,10 @@ class Results:
             GpsecError: the file is no such map.
         """
         return read_features(self.file_of(scenario, MAP))
+
+    def frame(self, scenario: str) -> Projector | None:
+        """Return the frame of a scenario's net; None where its map does not say."""
+        return read_frame(self.file_of(scenario, MAP))
 
 
 def write_parquet(run: Results) -> None:

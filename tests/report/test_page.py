@@ -118,7 +118,16 @@ def test_the_map_is_in_metres_about_its_middle(data):
     assert road["y"][:2] == pytest.approx([0.0, 0.0], abs=2.0)  # the net's grid is turned a little against north
     assert series["attack began"]["x"] == pytest.approx([-30.0, -30.0], abs=1.0)  # 20 m of the 100 m lane
     assert series["seen by cusum"]["x"] == pytest.approx([-25.0, -25.0], abs=1.0)
-    assert series["left its lane with never+none"]["text"][0].endswith(", 2.6 s")
+    said = series["left its lane with never+none"]["text"][0]
+    assert ", 2.6 s, 10.46528 52.2513" in said  # degrees east, then north
+    heat = [one for one in series.values() if one["kind"] == "heat"]
+    assert [one["where"]["defence"] for one in heat] == ["never+none"]
+    assert heat[0]["x"][:2] == pytest.approx([-50.0, 50.0], abs=1.0)  # the whole street
+
+
+def test_a_zone_is_drawn_under_its_own_attack_alone(data):
+    zones = [one for one in data["figures"]["map"]["series"] if one["kind"] == "area"]
+    assert [one["where"]["attack"] for one in zones] == [EVIL]
 
 
 def test_vehicles_are_chosen_by_their_error_and_traced(data):

@@ -68,13 +68,15 @@
       case "points":
       case "trail":
         return [{ ...common, mode: series.kind === "trail" ? "lines+markers" : "markers", line, text, hovertemplate: text ? "%{text}" : typeof series.y[0] === "string" ? "%{x:.4g}" : "%{x:.4g}, %{y:.4g}",
-          marker: { color: paint, size: series.mark === "x-thin-open" ? 5 : series.x.length > 100 ? 6 : 9, symbol: series.mark || "circle", line: { color: paint, width: 1.5 } },
+          marker: { color: paint, size: markerSize(series), symbol: series.mark || "circle", line: { color: paint, width: 1.5 } },
           error_x: errors(series.x, series.xLow, series.xHigh), error_y: errors(series.y, series.low, series.high) }];
       case "bars":
         return [{ ...common, type: "bar", marker: { color: paint }, text, textposition: "none",
           hovertemplate: "%{text} (%{y:.1%})", error_y: { ...errors(series.y, series.low, series.high), color: css("--soft") } }];
       case "road":
         return [{ ...common, mode: "lines", line: { color: css("--soft"), width: 1 }, opacity: 0.55, hoverinfo: "skip", connectgaps: false }];
+      case "heat":
+        return [{ ...common, mode: "lines", line: { color: `rgba(213, 94, 0, ${0.4 + 0.2 * series.colour})`, width: 3 + series.colour }, hoverinfo: "name", connectgaps: false }];
       case "area":
         return [{ ...common, mode: "lines", line: { color: paint, width: 1.5 }, fill: "toself", fillcolor: faded(paint, 0.15), hoverinfo: "name" }];
       case "span":
@@ -82,6 +84,11 @@
       default:
         return [{ ...common, mode: "lines", line, connectgaps: false }];
     }
+  }
+
+  function markerSize(series) {
+    if (series.mark === "x-thin-open" || series.x.length > 100) return 5;
+    return series.x.length > 30 ? 7 : 9;
   }
 
   function span(series) {
