@@ -99,7 +99,7 @@ def scenario(network: str, seen: Eyesight, models: Path | None, options: argpars
 def rows_of(folders: Sequence[Path], seen: Eyesight, models: str) -> Iterator[dict[str, Any]]:
     """Yield a row for each detector and rate of the runs of one camera and one set of models, seeds pooled."""
     table = pd.concat([read_table(folder, "detection") for folder in folders], ignore_index=True)
-    honest, attacked = table[table["attack"] == "none"], table[table["attack"] != "none"]
+    honest, attacked = table[table["attack"] == "none"], table[table["attack"] == STEALTH["attack"]]
     for (detector, rate), rows in honest[honest["rate"].isin(ASKED)].groupby(["detector", "rate"], sort=False):
         found = attacked[(attacked["detector"] == detector) & (attacked["rate"] == rate)]
         per_sample = _mean(rows, "false_positive_rate", "vehicle_hours")

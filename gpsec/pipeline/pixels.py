@@ -152,7 +152,7 @@ def pixel_cameras(scenario: Scenario, hd_map: HDMap, sensors: Sensors) -> PixelC
 def pixel_note(scenario: Scenario) -> str:
     """Return what the user should know of a run with pictures, in a sentence."""
     of = scenario.fleet.camera
-    who = [f"{of.image_share:.2g} of the vehicles"] if of.image_share > 0.0 else []
+    who = [f"{100.0 * of.image_share:.3g} % of the vehicles"] if of.image_share > 0.0 else []
     who += [shown(", ".join(of.image_vehicles))] if of.image_vehicles else []
     return (
         f"lanes of {' and '.join(who)} come from rendered pictures (weather {of.image_weather}), in which only vehicles"
