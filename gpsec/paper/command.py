@@ -46,7 +46,7 @@ def make(out: Path, studies: Studies, jobs: int, report: Report) -> None:
         consistency.to_csv(partial, index=False, lineterminator="\n", encoding="utf-8")
     tables.write_pinned(runs.pinned, out / "pinned.csv")
     table_1 = table_one(runs)
-    tables.write_table(table_1, out / "table1.csv")
+    tables.write_tidy(table_1, out / "table1.csv")
     made = {1: table_1}
     for number, published in enumerate(TABLES_II_TO_IV, start=2):
         made[number] = rmse_table(runs, published)

@@ -1,11 +1,12 @@
 """Tables I to IV: the paper's figure, ours and its interval side by side."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import astuple, dataclass, fields
+from dataclasses import asdict, astuple, dataclass, fields
 from pathlib import Path
 
 import pandas as pd
 
+from gpsec.detection.calibration import RATES
 from gpsec.outcomes.paper import PublishedRmse, detection_like
 from gpsec.outcomes.tables import FLOAT_FORMAT, whole
 from gpsec.paper import pool
@@ -21,6 +22,7 @@ from gpsec.paper.studies import (
     STEALTH,
     Pinned,
 )
+from gpsec.types.constants import ASSOCIATIONS
 from gpsec.types.points import PER_SAMPLE
 
 LEARNED, JOINT = "lstm_glr", "joint"
@@ -50,6 +52,22 @@ def write_table(rows: Iterable[PaperRow], path: Path) -> None:
     table = pd.DataFrame([astuple(row) for row in rows], columns=columns)
     with whole(path) as partial:
         table.to_csv(partial, index=False, float_format=FLOAT_FORMAT, lineterminator="\n", encoding="utf-8")
+
+
+def write_tidy(rows: Sequence[PaperRow], path: Path) -> None:
+    """Write the rows of Table I as CSV, their keys in columns of their own: see `keys_of`."""
+    table = pd.DataFrame([{**keys_of(row.row), **asdict(row)} for row in rows]).drop(columns="row")
+    with whole(path) as partial:
+        table.to_csv(partial, index=False, float_format=FLOAT_FORMAT, lineterminator="\n", encoding="utf-8")
+
+
+def keys_of(row: str) -> dict[str, str]:
+    """Return set-up, association, rate, attack and detector of a row of Table I by its label; empty what it lacks."""
+    *others, attack, detector = row.split(" / ")
+    association = next((part for part in others if part in ASSOCIATIONS), "")
+    rate = next((part for part in others if part in RATES), "")
+    set_up = ", ".join(part for part in others if part not in (association, rate))
+    return {"set_up": set_up, "association": association, "rate": rate, "attack": attack, "detector": detector}
 
 
 def write_pinned(pinned: Pinned, path: Path) -> None:
