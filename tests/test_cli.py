@@ -13,11 +13,12 @@ from select import select
 import pytest
 
 from gpsec import cli
+from gpsec.attacks.registry import ATTACKS
 from gpsec.console import aftermath
 from gpsec.core.errors import GpsecError
 from gpsec.core.progress import Progress
 from gpsec.outcomes.tables import TABLES
-from gpsec.running import batch
+from gpsec.running import batch, impact
 from gpsec.scenario import Scenario
 
 
@@ -61,6 +62,7 @@ def faked(monkeypatch: pytest.MonkeyPatch) -> None:
     real = batch.run_scenarios
     monkeypatch.setattr(batch, "run_scenarios", lambda *args: real(*args[:4], fake_run))
     monkeypatch.setattr(aftermath, "show_findings", lambda folder, all_: print(f"tables of {folder.name}"))
+    monkeypatch.setattr(impact, "write_impact", lambda folder: None)
     monkeypatch.setattr(aftermath, "_report", lambda folder, messages: None)
 
 
@@ -311,7 +313,7 @@ from pathlib import Path
 sys.path.insert(0, {tests!r})
 from gpsec import cli
 from gpsec.console import aftermath
-from gpsec.running import batch
+from gpsec.running import batch, impact
 from test_cli import write_results
 
 def run(scenario, folder, report):
@@ -324,7 +326,8 @@ def run(scenario, folder, report):
 if __name__ == "__main__":
     real = batch.run_scenarios
     batch.run_scenarios = lambda *args: real(*args[:4], run)
-    aftermath._show = lambda folder: None
+    aftermath.show_findings = lambda folder, all_: None
+    impact.write_impact = lambda folder: None
     aftermath._report = lambda folder, messages: None
     sys.exit(cli.main(["run", "fast", "slow", "--out", "all", "--jobs", "1"]))
 """
@@ -361,7 +364,7 @@ import os, sys
 sys.path.insert(0, {tests!r})
 from gpsec import cli
 from gpsec.console import aftermath
-from gpsec.running import batch
+from gpsec.running import batch, impact
 from test_cli import write_results
 
 def run(scenario, folder, report):
@@ -374,7 +377,8 @@ def run(scenario, folder, report):
 if __name__ == "__main__":
     real = batch.run_scenarios
     batch.run_scenarios = lambda *args: real(*args[:4], run)
-    aftermath._show = lambda folder: None
+    aftermath.show_findings = lambda folder, all_: None
+    impact.write_impact = lambda folder: None
     aftermath._report = lambda folder, messages: None
     sys.exit(cli.main(["run", "town", "--out", "all"]))
 """
@@ -423,11 +427,12 @@ def test_check_says_every_error_and_no_traceback(here: Path, capsys: pytest.Capt
 def test_list_shows_a_line_a_part(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["list", "attacks"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert len(lines) == 9
+    assert {"adaptive", "blind_drift", "drift"} <= {line.split()[0] for line in lines}
+    assert len(lines) == len(ATTACKS)
     assert any(line.startswith("drift ") and "rate_mps = 0.2" in line for line in lines)
     assert cli.main(["list", "profiles"]) == 0
     assert {line.split()[0] for line in capsys.readouterr().out.splitlines()} == {
-        *("dsd", "carla", "dsd_sim", "carla_sim", "nuscenes", "consumer")
+        *("dsd", "carla", "dsd_sim", "carla_sim", "nuscenes", "consumer", "urban")
     }
     assert cli.main(["list", "detectors"]) == 0
     names = {line.split()[0] for line in capsys.readouterr().out.splitlines()}

@@ -71,7 +71,8 @@ def scenario_file(folder: Path, part: str, attack: str) -> Path:
 
 def test_an_attack_of_a_file_runs_in_its_own_processes_and_is_told_by_its_name(mine, tmp_path, capfd):
     path, name = mine
-    arguments = ["slow_curve", "--duration", "25", "--set", PLAN.format(name=name), "--part", f"{path}:Zigzag"]
+    plan = PLAN.format(name=name)
+    arguments = ["slow_curve", "--duration", "25", "--set", plan, "--part", f"{path}:Zigzag", "--tables"]
     assert cli.main(["run", *arguments, "--no-report", "--out", str(tmp_path / "run")]) == 0
     assert f"\n{name} (" in capfd.readouterr().out
     assert name in (tmp_path / "run" / "events.csv").read_text()

@@ -31,7 +31,7 @@ import json, sys, time
 sys.path.insert(0, {tests!r})
 from gpsec import cli
 from gpsec.console import aftermath
-from gpsec.running import batch
+from gpsec.running import batch, impact
 from gpsec.pipeline.fingerprint import fingerprint
 from gpsec.outcomes.digests import table_digests
 from gpsec.outcomes.tables import TABLES
@@ -51,7 +51,8 @@ def run(scenario, folder, report):
 if __name__ == "__main__":
     real = batch.run_scenarios
     batch.run_scenarios = lambda *args: real(*args[:4], run)
-    aftermath._show = lambda folder: None
+    aftermath.show_findings = lambda folder, all_: None
+    impact.write_impact = lambda folder: None
     aftermath._report = lambda folder, messages: None
     sys.exit(cli.main(["run", *NAMES, "--out", "all", *sys.argv[1:]]))
 """
@@ -133,7 +134,7 @@ def test_a_whole_run_is_not_run_again(here: Path, monkeypatch: pytest.MonkeyPatc
         here / "none": scenarios[:1],
     }
     shown: list[Path] = []
-    monkeypatch.setattr(aftermath, "_show", shown.append)
+    monkeypatch.setattr(aftermath, "show_findings", lambda folder, all_: shown.append(folder))
     monkeypatch.setattr(aftermath, "_report", lambda folder, messages: None)
     assert cli.main(["run", *NAMES, "--out", "all", "--resume"]) == 0
     assert shown == [here / "all"]

@@ -17,7 +17,7 @@ from gpsec import cli
 from gpsec.console import aftermath
 from gpsec.core.errors import GpsecError, MachineError
 from gpsec.core.system import in_a_sentence, refusal
-from gpsec.running import batch
+from gpsec.running import batch, impact
 
 MEBIBYTE = 1 << 20
 SLOW_CURVE = Path(__file__).parents[1] / "scenarios" / "slow_curve"
@@ -29,7 +29,7 @@ from pathlib import Path
 sys.path.insert(0, {tests!r})
 from gpsec import cli
 from gpsec.console import aftermath
-from gpsec.running import batch
+from gpsec.running import batch, impact
 from gpsec.outcomes.digests import table_digests
 from gpsec.pipeline.fingerprint import fingerprint
 from test_cli import write_results
@@ -46,7 +46,8 @@ def run(scenario, folder, report):
 if __name__ == "__main__":
     real = batch.run_scenarios
     batch.run_scenarios = lambda *args: real(*args[:4], run)
-    aftermath._show = lambda folder: None
+    aftermath.show_findings = lambda folder, all_: None
+    impact.write_impact = lambda folder: None
     sys.exit(cli.main(["run", *sys.argv[1:], "--out", "all", "--no-report", "--jobs", "1"]))
 """
 
@@ -182,7 +183,8 @@ def test_a_report_that_cannot_be_written(
 
     monkeypatch.setattr(batch, "run_scenarios", lambda *arguments: Outcome(["one", "two"]))
     monkeypatch.setattr(batch.Batch, "_publish", lambda self, folder, *others: folder.mkdir())
-    monkeypatch.setattr(aftermath, "_show", lambda folder: print(f"tables of {folder.name}"))
+    monkeypatch.setattr(aftermath, "show_findings", lambda folder, all_: print(f"tables of {folder.name}"))
+    monkeypatch.setattr(impact, "write_impact", lambda folder: None)
     monkeypatch.setattr("gpsec.running.results.load", lambda folder: None)
     monkeypatch.setattr("gpsec.report.make.write_report", fails(errno.ENOSPC))
     assert cli.main(["run", "one", "two"]) == 1

@@ -94,7 +94,8 @@ def test_other_plans_do_not_notice_it(
         both, one = (pd.read_csv(folder / f"{table}.csv") for folder in (beside, alone))
         left = both[both["attack"] != "grey"].reset_index(drop=True)
         assert len(left) < len(both)
-        pd.testing.assert_frame_equal(left, one)
+        # Rows that are not there may have had empty cells, which make numbers of a column fractions.
+        pd.testing.assert_frame_equal(left, one, check_dtype=False)
 
 
 def test_the_more_an_attacker_knows_the_more_goes_unseen(

@@ -59,7 +59,7 @@ def test_a_folder_is_ours_until_its_report_is_there(here: Path, monkeypatch: pyt
 
     monkeypatch.setattr(batch, "run_scenarios", lambda *arguments: Outcome(["a", "b"]))
     monkeypatch.setattr(batch.Batch, "_publish", publish)
-    monkeypatch.setattr(aftermath, "_show", others_come)
+    monkeypatch.setattr(aftermath, "show_findings", others_come)
     monkeypatch.setattr(aftermath, "_report", others_come)
     assert cli.main(["run", "a", "b"]) == 0
     assert refused == ["a", "a", "b", "b"]
