@@ -29,7 +29,7 @@ from gpsec.outcomes.tables import read_table
 from gpsec.paper.runs import RUNS, run_missing
 from gpsec.scenario import Scenario, load_scenario
 from gpsec.scenario.sections import CameraSection, Defence
-from gpsec.training import train
+from gpsec.training import Driving, train
 
 PROFILE = "dsd"
 DETECTORS = ("chi_square", "cusum", "isolation_forest", "lstm_glr", "joint")
@@ -163,8 +163,7 @@ def retrained(out: Path, options: argparse.Namespace, console: Console) -> Path:
                 folder,
                 detectors=options.detectors,
                 profiles=[PROFILE],
-                networks=options.train_on,
-                tapes=TRAINED_ON,
+                driving=Driving(options.train_on, TRAINED_ON),
                 jobs=options.jobs,
                 report=report,
             )

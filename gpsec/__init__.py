@@ -18,10 +18,11 @@ if TYPE_CHECKING:
     from gpsec.scenario import Scenario
     from gpsec.sweeps.api import sweep
     from gpsec.sweeps.results import Sweep, load
-    from gpsec.training import TrainingProgress, calibrate, train
+    from gpsec.training import Driving, TrainingProgress, calibrate, train
 
 __all__ = [
     "Checked",
+    "Driving",
     "GpsecError",
     "MachineError",
     "Progress",
@@ -49,7 +50,7 @@ _HOMES = {
     "gpsec.scenario": ("Scenario",),
     "gpsec.sweeps.api": ("sweep",),
     "gpsec.sweeps.results": ("Sweep", "load"),
-    "gpsec.training": ("TrainingProgress", "calibrate", "train"),
+    "gpsec.training": ("Driving", "TrainingProgress", "calibrate", "train"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 

@@ -46,7 +46,7 @@ def _lon_lat(value: object) -> tuple[float, float]:
 
 _TABLE = {"additionalProperties": True, "default": {}, "title": "Parameters", "type": "object"}
 Seconds = Annotated[tuple[float, float], BeforeValidator(_seconds)]
-Place = Annotated[tuple[float, float], BeforeValidator(_lon_lat)]
+LonLat = Annotated[tuple[float, float], BeforeValidator(_lon_lat)]
 Number = Annotated[float, Strict()]
 Text = Annotated[str, Strict()]
 
@@ -87,7 +87,7 @@ class PlanConfig(BaseModel):
     vehicle_types: tuple[Text, ...] = ()
     vehicles: tuple[Text, ...] = ()
     zone: Text | None = None
-    at: Place | None = None
+    at: LonLat | None = None
     edge: Text | None = None
     radius_m: Annotated[Number, Field(gt=0.0, le=1e6)] | None = None
     begin_s: Annotated[Number, Field(ge=0.0, le=MAX_TIME_S)] = 0.0

@@ -48,7 +48,7 @@ def train(
     """  # noqa: D301
     from rich.console import Console
 
-    from gpsec.training import NETWORKS
+    from gpsec.training import NETWORKS, Driving
     from gpsec.training import train as train_models
 
     chosen = NETWORKS if networks is None else [name.strip() for name in networks.split(",")]
@@ -60,9 +60,8 @@ def train(
             out,
             detectors=detectors or (),
             profiles=profiles or (),
-            networks=chosen,
+            driving=Driving(chosen, tapes or ()),
             parts=loaded,
-            tapes=tapes or (),
             seed=seed,
             jobs=jobs,
             report=report,

@@ -4,6 +4,7 @@ import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 from gpsec.core.errors import GpsecError, nearest, shown
 from gpsec.core.processes import check_may_start
@@ -57,6 +58,19 @@ class Job:
         return f"{self.profile}/{self.association}"
 
 
+class Driving(NamedTuple):
+    """The benign driving that detectors are trained on.
+
+    Attributes:
+        networks: some of `NETWORKS`.
+        tapes: that sensors play in the place of their profile's noise, by name or file; of several of one kind, one run
+            after the other takes the next.
+    """
+
+    networks: Sequence[str] = NETWORKS
+    tapes: Sequence[str] = ()
+
+
 @dataclass(frozen=True)
 class Wanted:
     """What is trained.
@@ -89,14 +103,16 @@ class Wanted:
         return networks, profiles, related(self.detectors) if self.detectors else DETECTORS.own
 
 
+_ALL_NETWORKS = Driving()
+
+
 def train(
     out: Path | str = "models",
     *,
     detectors: Sequence[str] = (),
     profiles: Sequence[str] = (),
-    networks: Sequence[str] = NETWORKS,
+    driving: Driving = _ALL_NETWORKS,
     parts: Sequence[str] = (),
-    tapes: Sequence[str] = (),
     seed: int = 1,
     jobs: int | None = None,
     report: Callable[[TrainingProgress], None] | None = None,
@@ -112,11 +128,9 @@ def train(
         out: folder of the models; new, empty, or with models.
         detectors: names; those that share arrays with them are trained too. None stands for all of gpsec's own.
         profiles: names of sensor profiles. None stands for all of gpsec's own.
-        networks: some of `NETWORKS`.
+        driving: what they are trained on; all training networks, where it is not given.
         parts: detectors and profiles from outside gpsec that are loaded: `FILE.py:Name`, `package.module:Name`, or
             `FILE.toml`.
-        tapes: that sensors play in the place of their profile's noise, by name or file; of several of one kind, one
-            run after the other takes the next.
         seed: of traffic, noise and training.
         jobs: number of processes; None takes one for each core.
         report: called in this process with how far each of them is.
@@ -133,8 +147,8 @@ def train(
         loaded = load_parts(parts, Path(), allow_code=True)
     except ValueError as error:
         raise GpsecError(f"parts: {error}") from None
-    TrainingTapes.of(tapes)  # before anything is simulated
-    wanted = Wanted(networks, profiles, detectors, loaded, tuple(tapes))
+    TrainingTapes.of(driving.tapes)  # before anything is simulated
+    wanted = Wanted(driving.networks, profiles, detectors, loaded, tuple(driving.tapes))
     with tempfile.TemporaryDirectory(prefix="gpsec-train-") as name:
         pool = Pool(jobs or cores(), Path(name), report or _ignore)
         return tuple(job.name for job in _train(wanted, Path(out), seed, pool))
