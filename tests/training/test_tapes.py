@@ -6,7 +6,7 @@ from gpsec.core.errors import GpsecError
 from gpsec.sensors.registry import PROFILES
 from gpsec.training.rare import calibrate
 from gpsec.training.tapes import TrainingTapes
-from gpsec.training.train_models import train
+from gpsec.training.train_models import Driving, train
 from gpsec.types.tapes import write_tape
 
 from .test_collect import camera_tape
@@ -32,7 +32,7 @@ def test_a_tape_that_is_too_slow_or_not_there_is_refused(tmp_path):
     with pytest.raises(GpsecError, match="rate_hz: expected 10 or more"):
         slow.of_run(0, PROFILES["dsd"], 0.1)
     with pytest.raises(GpsecError, match="unknown tape 'rendered-god'"):
-        train(tmp_path / "models", tapes=["rendered-god"])
+        train(tmp_path / "models", driving=Driving(tapes=["rendered-god"]))
     assert not (tmp_path / "models").exists()
 
 
