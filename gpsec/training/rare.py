@@ -129,10 +129,12 @@ def calibrate(
 
 def with_rare(model: ProfileModel, found: Mapping[str, Mapping[str, Calibrated | None]], hours: float) -> ProfileModel:
     """Return a model with thresholds detector -> rate -> threshold; its provenance says what they were made of."""
-    rates = {
-        rate: {**model.thresholds.get(rate, {}), **{name: by_rate[rate] for name, by_rate in found.items()}}
-        for rate in RARE
-    }
+    rates = {}
+    for rate in RARE:
+        former = model.thresholds.get(rate, {})
+        # What these hours do not tell, such as the rate of a score that has an upper end, stays as fewer hours told it.
+        kept = {} if RARE[rate].model else former
+        rates[rate] = {**former, **{name: by_rate[rate] or kept.get(name) for name, by_rate in found.items()}}
     model = replace(model, thresholds={**model.thresholds, **rates})
     rare = {name: {"hours": hours, "of": digest_of(model, name)} for name in found}
     return replace(model, provenance={**model.provenance, "rare": {**model.provenance.get("rare", {}), **rare}})

@@ -46,6 +46,13 @@ def test_thresholds_are_kept_with_what_they_were_made_of(model, tmp_path):
         thresholds_for([("cusum", "1e-3/h")], ["carla"], "tracked", models)
 
 
+def test_a_rate_that_many_hours_do_not_tell_stays_as_fewer_told_it(model):
+    untold = with_rare(model, {"cusum": {**FOUND["cusum"], "0.1/h": None}}, 1000.0)
+    assert untold.thresholds["0.1/h"] == model.thresholds["0.1/h"]
+    assert untold.thresholds["0.01/h"]["cusum"].model
+    assert untold.thresholds["1e-3/h"] == {"cusum": None}
+
+
 def test_what_is_done_is_not_done_again_until_something_else_was_learned(model):
     done = with_rare(model, FOUND, 1000.0)
     assert not _done(model, "cusum", 1000.0)
