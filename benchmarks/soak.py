@@ -83,9 +83,10 @@ def soak(city: City, duration_s: float, console: Console) -> tuple[dict[str, Any
         found = [sentence for path in sorted(out.rglob("*.csv")) for sentence in not_finite(path)]
     found += [f"{name}: left behind in {SHARED_MEMORY}" for name in sorted(_shared_memory() - before)]
     evaluator = processes["evaluator"].figures()
-    if duration_s >= SETTLED_S and evaluator["growth_mb"] > GROWTH_MB:
+    settled = duration_s >= SETTLED_S
+    if settled and evaluator["growth_mb"] > GROWTH_MB:
         found.append(f"evaluator: grew by {evaluator['growth_mb']:.0f} MiB over the second half of the run")
-    if evaluator["handles_late"] > evaluator["handles_half"]:
+    if settled and evaluator["handles_late"] > evaluator["handles_half"]:
         found.append("evaluator: has more files open at the end than at half time")
     told = {key: manifest[key] for key in ("vehicle_steps", "vehicles", "steps")} | {"found": found}
     return told, {**processes, "plain SUMO": bare["command"]}

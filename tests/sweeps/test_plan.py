@@ -13,6 +13,8 @@ from gpsec.sweeps.plan import read_plan
 from gpsec.sweeps.points import ListedTask
 
 ENTRY = '[[entries]]\nname = "a"\nscenarios = ["slow_curve"]\n'
+# Where vehicles hide each other's lanes, each share is a simulation of its own.
+CLOCK = '[entries.grid]\nfleet.camera.visibility = ["clock"]\n'
 
 
 def made(folder: Path, text: str) -> list[ListedTask]:
@@ -42,7 +44,7 @@ def made(folder: Path, text: str) -> list[ListedTask]:
         (ENTRY + "[entries.grid]\nplans.stealt.delta = [1.5]\n", "plans.stealt.delta: no plan is called so: did you"),
         (ENTRY + "[entries.grid]\nplans.stealth.delta = [9.0]\n", "delta: expected a number less than or equal to 2"),
         (ENTRY + "[entries.grid]\nplans.stealth.share = [2.0]\n", "share"),
-        (ENTRY + '[entries.grid]\nfleet.equipped_share = ["all"]\n', "expected numbers from 0 to 1, found 'all'"),
+        (ENTRY + CLOCK + 'fleet.equipped_share = ["all"]\n', "expected numbers from 0 to 1, found 'all'"),
         ('[[entries]]\nname = "a"\nscenarios = ["twon"]\n', "entry 'a': "),
         ('[[entries]]\nname = "a"\nscenarios = ["town", "town"]\n', "scenarios: expected each once"),
         ("[entries\n", "not valid TOML"),
@@ -58,14 +60,14 @@ def test_a_wrong_plan_is_one_sentence(tmp_path: Path, text: str, said: str) -> N
 def test_parameters_of_attacks_and_shares_are_cells_of_one_simulation(tmp_path: Path) -> None:
     tasks = made(
         tmp_path,
-        ENTRY + 'seeds = "1-3"\n[entries.grid]\nfleet.profile = ["dsd", "carla"]\n'
+        ENTRY + 'seeds = "1-3"\n' + CLOCK + 'fleet.profile = ["dsd", "carla"]\n'
         "fleet.equipped_share = [0.2, 1.0, 0.6]\nplans.stealth.delta = [1.2, 1.5]\nplans.stealth.share = [0.1, 0.5]\n",
     )
     assert len(tasks) == 2 * 3  # profiles × seeds, of 72 combinations
     assert count_of(read_plan(tmp_path / "plan.toml")) == 72
     point = tasks[0].point
     assert point.equipped == (0.2, 0.6, 1.0)
-    assert point.parameters == {"fleet.profile": "dsd"}
+    assert point.parameters == {"fleet.profile": "dsd", "fleet.camera.visibility": "clock"}
     assert {name: cell.parameters for name, cell in point.cells.items()} == {
         "stealth~1": {"plans.stealth.delta": 1.2},
         "stealth~2": {"plans.stealth.delta": 1.5},

@@ -13,6 +13,7 @@ import pytest
 
 from gpsec import cli
 from gpsec.core.progress import Progress
+from gpsec.outcomes.tables import TABLES
 from gpsec.running import workers
 from gpsec.running.task_process import UnfitError
 from gpsec.sweeps import work
@@ -49,7 +50,7 @@ def test_what_fails_is_listed_and_run_again_alone(tmp_path: Path, capsys: pytest
     worked = work_through(sweep, missing(sweep), 2, told.append, fake_run)
     (failure,) = worked.failures
     assert failure.sentence == "thirteen.net.xml: expected lanes, found none"
-    assert len(content(sweep.store.path)) == 10
+    assert len(content(sweep.store.path)) == len(TABLES) + 1
     assert nothing_left(sweep.store.path)
     assert {one.stage for one in told if "seed=13" in one.scenario} == {"running", "failed"}
     assert cli.main(["sweep", "--status", str(sweep.path)]) == 0
