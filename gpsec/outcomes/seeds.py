@@ -83,7 +83,8 @@ class _Group:
     def __init__(self, tables: _Tables, profile: str, attack: str, bootstrap: Bootstrap) -> None:
         self._bootstrap = bootstrap
         self._attacked = attack != "none"
-        self._honest = self._of(tables["vehicles"], profile, "none")
+        honest = self._of(tables["vehicles"], profile, "none")
+        self._honest = honest[honest["vehicle_seconds"] > 0]  # a run leaves out who never settled, too
         self._mine = self._of(tables["events"], profile, attack) if self._attacked else self._honest
         self._stated = {name: self._of(tables[name], profile, attack) for name in POOLED}
         self._label = f"{profile}/{attack}"

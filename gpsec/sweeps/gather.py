@@ -116,7 +116,7 @@ def figures(run: Mapping[str, pd.DataFrame], point: Point) -> dict[str, pd.DataF
     return {
         name: _with_cells(
             pd.concat(parts, ignore_index=True)[
-                [*columns[name], *(key for key in _shares_of(point) if key in parts[0] or key in parts[-1])]
+                [*columns[name], *(key for key in _shares_of(point) if any(key in part for part in parts))]
             ],
             point,
         )

@@ -31,8 +31,8 @@ def with_draws(table: pd.DataFrame, seed: int) -> pd.DataFrame:
 def filtered(tables: _Tables, attack: str, share: float | None, equipped: float | None) -> dict[str, pd.DataFrame]:
     """Return what runs with smaller shares would have of one attack and of the vehicles without one.
 
-    Counts of outcomes are those of the vehicles that stay, each by the worst that it came to. What events and vehicles
-    do not tell stays as it is.
+    Counts of outcomes are those of the vehicles that stay, honest ones each by the worst that it came to. What events
+    and vehicles do not tell stays as it is.
 
     Args:
         tables: of `POOLED`, and `events` and `vehicles` with draws.
@@ -64,14 +64,10 @@ def _recounted(tables: _Tables) -> pd.DataFrame:
     """Return the safety table with the outcomes of the vehicles that are there."""
     safety = tables["safety"].copy()
     key = ["scenario", "profile", "attack", "defence"]
-    of = {"events": tables["events"], "vehicles": tables["vehicles"][tables["vehicles"]["attack"] == "none"]}
-    rows = pd.concat([table[[*key, "outcome"]] for table in of.values()])
-    groups = {name: group["outcome"] for name, group in rows.groupby(key, sort=False)}
-    none = rows["outcome"].iloc[:0]
-    for place, outcome in enumerate(OUTCOMES):
-        counts = [
-            float(reaches(groups.get(name, none), place).sum())
-            for name in safety[key].itertuples(index=False, name=None)
-        ]
-        safety[outcome] = np.where(safety[outcome].isna(), np.nan, counts)
+    honest = tables["vehicles"][tables["vehicles"]["attack"] == "none"]
+    came_to = {f"reached_{outcome}": reaches(honest["outcome"], place) for place, outcome in enumerate(OUTCOMES)}
+    rows = pd.concat([tables["events"][[*key, *came_to]], honest[key].assign(**came_to)])
+    counts = rows.groupby(key)[list(came_to)].sum().reindex(pd.MultiIndex.from_frame(safety[key]), fill_value=0)
+    for outcome in OUTCOMES:
+        safety[outcome] = np.where(safety[outcome].isna(), np.nan, counts[f"reached_{outcome}"].astype(float))
     return safety
