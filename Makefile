@@ -6,8 +6,9 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 FRESH := build/fresh
 SCENARIOS := scenarios/town scenarios/highway scenarios/sharp_turns scenarios/slow_curve
+DETECTORS := chi_square cusum isolation_forest lstm lstm_glr lstm_cusum innovation joint separation
 
-.PHONY: help setup constraints fleet-eval closed-loop bench soak paper-tables train calibrate nets docs test test-all fuzz lint check clean
+.PHONY: help setup constraints fleet-eval closed-loop bench soak leaderboard paper-tables train calibrate nets docs test test-all fuzz lint check clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
@@ -41,6 +42,10 @@ bench: $(READY) ## measure what it costs, against bare SUMO, into results/bench.
 
 soak: $(READY) ## run a city for ten million vehicle-steps and watch memory, into results/soak.json
 	$(BIN)/python -m benchmarks.soak
+
+leaderboard: $(READY) ## put all detectors through the suite of gpsec bench-detector, into results/reference/leaderboard.csv
+	$(BIN)/gpsec bench-detector $(DETECTORS) --out results/leaderboard
+	cp results/leaderboard/leaderboard.csv results/reference/leaderboard.csv
 
 paper-tables: $(READY) ## re-create the paper's tables in results/paper; goes on where it stopped
 	$(BIN)/gpsec paper

@@ -468,13 +468,14 @@ COMMANDS = [
     "stress",
     "sweep",
     "search",
+    "bench-detector",
     "image",
 ]
 
 
 def test_all_commands_are_listed_in_order(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["--help"]) == 0
-    listed = re.findall(r"^  ([a-z]+)  ", capsys.readouterr().out.partition("Commands:")[2], re.MULTILINE)
+    listed = re.findall(r"^  ([a-z-]+)  ", capsys.readouterr().out.partition("Commands:")[2], re.MULTILINE)
     assert listed == COMMANDS
 
 

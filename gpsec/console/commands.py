@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from gpsec.console.bench_detector import bench_detector
 from gpsec.console.calibrate import calibrate
 from gpsec.console.check import check
 from gpsec.console.clean import clean
@@ -112,6 +113,7 @@ _COMMANDS: dict[str, Callable[..., int | None]] = {
     "stress": stress,
     "sweep": sweep,
     "search": search,
+    "bench-detector": bench_detector,
 }
 for _name, _command in _COMMANDS.items():
     app.command(_name)(_command)

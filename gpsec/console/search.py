@@ -48,7 +48,7 @@ def search(
     part: options.Part = None,
     allow_code: options.AllowCode = False,
 ) -> None:
-    """WorstCase the parameters with which an attack is worst for a defence; goes on where an earlier call stopped.
+    """Search the parameters with which an attack is worst for a defence; goes on where an earlier call stopped.
 
     \b
     Examples:

@@ -73,6 +73,11 @@ def in_use(reference: str) -> bool:
     return reference in _used
 
 
+def used_name(reference: str) -> str:
+    """Return the name of a part that has been loaded."""
+    return _used[reference]
+
+
 def part_digest(reference: str) -> str:
     """Return what changes with the content of a part: of its file, or of the package that its module belongs to.
 

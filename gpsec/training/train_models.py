@@ -65,10 +65,12 @@ class Driving(NamedTuple):
         networks: some of `NETWORKS`.
         tapes: that sensors play in the place of their profile's noise, by name or file; of several of one kind, one run
             after the other takes the next.
+        associations: how vehicles know their lane: some of `MODELLED`.
     """
 
     networks: Sequence[str] = NETWORKS
     tapes: Sequence[str] = ()
+    associations: Sequence[str] = MODELLED
 
 
 @dataclass(frozen=True)
@@ -81,6 +83,7 @@ class Wanted:
         detectors: with those that share arrays with them; none stands for all of gpsec's own.
         parts: from outside gpsec, by their references with whole paths, loaded already.
         tapes: that sensors play, by name; none stands for the profiles' own noise.
+        associations: of `MODELLED`.
     """
 
     networks: Sequence[str] = NETWORKS
@@ -88,6 +91,7 @@ class Wanted:
     detectors: Sequence[str] = ()
     parts: tuple[str, ...] = ()
     tapes: tuple[str, ...] = ()
+    associations: tuple[str, ...] = MODELLED
 
     def resolved(self) -> tuple[list[str], tuple[str, ...], tuple[str, ...]]:
         """Return networks, profiles and detectors, in the order in which they are trained.
@@ -148,7 +152,7 @@ def train(
     except ValueError as error:
         raise GpsecError(f"parts: {error}") from None
     TrainingTapes.of(driving.tapes)  # before anything is simulated
-    wanted = Wanted(driving.networks, profiles, detectors, loaded, tuple(driving.tapes))
+    wanted = Wanted(driving.networks, profiles, detectors, loaded, tuple(driving.tapes), tuple(driving.associations))
     with tempfile.TemporaryDirectory(prefix="gpsec-train-") as name:
         pool = Pool(jobs or cores(), Path(name), report or _ignore)
         return tuple(job.name for job in _train(wanted, Path(out), seed, pool))
@@ -165,7 +169,7 @@ def _train(wanted: Wanted, out: Path, seed: int, pool: Pool) -> list[Job]:
     work = [
         Job(profile, association, seed, recordings, seeds[0], tuple(seeds[1:]), *lasting)
         for profile in profiles
-        for association in MODELLED
+        for association in wanted.associations
     ]
 
     def keep(place: int, model: ProfileModel) -> None:
