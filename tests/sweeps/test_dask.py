@@ -10,15 +10,18 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
+import gpsec
 from gpsec import cli
 from gpsec.core.errors import GpsecError
 from gpsec.core.progress import Progress
 from gpsec.sweeps.folder import SweepFolder, read_folder
 from gpsec.sweeps.work import missing, work_through
+from gpsec.types.constants import MANIFEST
 
-from .fake import content, fake_run, nothing_left, slow_run
+from .fake import SCENARIO, content, fake_run, nothing_left, slow_run
 from .test_work import make, quiet, wait_until
 
 pytest.importorskip("distributed")
@@ -206,6 +209,35 @@ def test_a_worker_of_another_version_is_refused(tmp_path: Path, start: Start, ex
         assert work_on(client, read_folder(sweep.path), missing(sweep), told.append, fake_run).failures == []
     assert any("refused: has other code or libraries" in progress.note for progress in told)
     assert content(sweep.store.path) == expected
+
+
+REAL = f"""
+[set]
+duration_s = 20.0
+fleet.settle_s = 3.0
+outcomes.bootstrap = 20
+
+[[entries]]
+name = "real"
+scenarios = ["{SCENARIO}"]
+seeds = "1-4"
+"""
+
+
+@pytest.mark.slow
+def test_real_runs_on_a_cluster_have_the_bytes_of_local_ones(tmp_path: Path) -> None:
+    (tmp_path / "plan.toml").write_text(REAL)
+    here = gpsec.sweep(tmp_path / "plan.toml", tmp_path / "here", jobs=1)
+    with connected("local", 2) as client:
+        there = gpsec.sweep(tmp_path / "plan.toml", tmp_path / "there", client=client)
+    assert list(there.tasks["state"]) == ["done"] * 4
+    assert nothing_left(there.folder.store.path)
+    one, other = (
+        {name: data for name, data in content(sweep.folder.store.path).items() if not name.endswith(MANIFEST)}
+        for sweep in (here, there)
+    )
+    assert one == other
+    pd.testing.assert_frame_equal(here.safety, there.safety)
 
 
 def test_dask_that_is_not_installed(
