@@ -469,6 +469,7 @@ COMMANDS = [
     "sweep",
     "search",
     "bench-detector",
+    "dataset",
     "image",
 ]
 

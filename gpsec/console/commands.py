@@ -9,6 +9,7 @@ from gpsec.console.bench_detector import bench_detector
 from gpsec.console.calibrate import calibrate
 from gpsec.console.check import check
 from gpsec.console.clean import clean
+from gpsec.console.dataset import dataset
 from gpsec.console.demand import demand
 from gpsec.console.image import image
 from gpsec.console.importing import import_
@@ -114,6 +115,7 @@ _COMMANDS: dict[str, Callable[..., int | None]] = {
     "sweep": sweep,
     "search": search,
     "bench-detector": bench_detector,
+    "dataset": dataset,
 }
 for _name, _command in _COMMANDS.items():
     app.command(_name)(_command)

@@ -122,6 +122,11 @@ def _runs(suite: Suite, candidate: Candidate, world: str, networks: Sequence[str
             yield found.model_copy(update=update | {"name": name, "seed": seed})
 
 
+def blind_plans() -> tuple[PlanConfig, ...]:
+    """Return the attackers of the suite that know no detector."""
+    return tuple(plan_config({"name": name, **table}, "suite") for name, table in _BLINDFOLD.items())
+
+
 def _plans(suite: Suite, detector: str, *, knowing: bool) -> tuple[PlanConfig, ...]:
     tables = {name: table for name, table in _BLINDFOLD.items() if knowing or name == _IN_OTHER_WORLDS}
     if knowing:
