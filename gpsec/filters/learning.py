@@ -2,8 +2,8 @@
 
 State, trusting GNSS: east, north, yaw, slow GNSS error east and north, scale error of the odometer, bias of the gyro.
 The slow GNSS error is there for the same reason as in the EKF, and here for another: what is drift of the receiver
-would otherwise be learnt as scale. Isolated, the slow error of the camera's offset takes the place of that of GNSS
-east; that of GNSS north is not used.
+would otherwise be learnt as scale. Isolated, two errors of the camera's offset take their places: its slow error that
+of GNSS east, and its mounting offset, which does not change, that of GNSS north.
 
 A lasting error is a state here, so that nothing has to stand in for it as white noise. Yaw is what the gyro has told of
 it so far: that of the vehicle `gyro_latency_s` ago, since when it has turned by `lead` more.
@@ -20,6 +20,7 @@ from gpsec.filters.noise import FilterNoise
 # Filter state: that of the EKF, scale error of the odometer (ratio) and bias of the gyro (rad/s).
 LEARNING_STATES = 7
 SLOW, SLOW_NORTH, SCALE, GYRO_ERROR = 3, 4, 5, 6
+MOUNT = SLOW_NORTH
 
 
 @inline
@@ -68,13 +69,13 @@ def predict_learnt(
     dx = x - mean[0]
     dy = y - mean[1]
     if isolated:
-        # The bias fades, the mounting offset does not: this is how their sum is correlated over a step.
-        slow = noise.camera_bias_m[profile] ** 2 + noise.camera_mount_m[profile] ** 2
-        fades = noise.camera_bias_m[profile] ** 2 / slow if slow > 0.0 else 0.0
-        decay = 1.0 - fades * (1.0 - exp(-step_s / noise.camera_bias_tau_s[profile]))
+        slow = noise.camera_bias_m[profile] ** 2
+        decay = exp(-step_s / noise.camera_bias_tau_s[profile])
+        decay_north = 1.0
     else:
         slow = noise.gnss_bias_m[profile] ** 2
         decay = exp(-step_s / noise.gnss_bias_tau_s[profile])
+        decay_north = decay
     keeps = exp(-step_s / noise.gyro_bias_tau_s[profile])
     # Derivatives of position by yaw, by scale and by gyro bias: half of a turn is made before the middle of the arc.
     half = 0.5 * step_s + noise.gyro_latency_s[profile]
@@ -83,27 +84,26 @@ def predict_learnt(
         P[1, j] += dx * P[2, j] - dy / scale * P[SCALE, j] - half * dx * P[GYRO_ERROR, j]
         P[2, j] -= step_s * P[GYRO_ERROR, j]
         P[SLOW, j] *= decay
-        P[SLOW_NORTH, j] *= decay
+        P[SLOW_NORTH, j] *= decay_north
         P[GYRO_ERROR, j] *= keeps
     for i in range(LEARNING_STATES):
         P[i, 0] += -dy * P[i, 2] - dx / scale * P[i, SCALE] + half * dy * P[i, GYRO_ERROR]
         P[i, 1] += dx * P[i, 2] - dy / scale * P[i, SCALE] - half * dx * P[i, GYRO_ERROR]
         P[i, 2] -= step_s * P[i, GYRO_ERROR]
         P[i, SLOW] *= decay
-        P[i, SLOW_NORTH] *= decay
+        P[i, SLOW_NORTH] *= decay_north
         P[i, GYRO_ERROR] *= keeps
     along = (noise.odometer_white_mps[profile] * step_s) ** 2
     ekf.add_along(P, along, course + 0.5 * turn)
     P[2, 2] += (noise.gyro_white_rps[profile] * step_s) ** 2
     P[SLOW, SLOW] += slow * (1.0 - decay * decay)
-    if not isolated:
-        P[SLOW_NORTH, SLOW_NORTH] += slow * (1.0 - decay * decay)
+    P[SLOW_NORTH, SLOW_NORTH] += slow * (1.0 - decay_north * decay_north)
     P[GYRO_ERROR, GYRO_ERROR] += noise.gyro_bias_rps[profile] ** 2 * (1.0 - keeps * keeps)
     mean[0] = x
     mean[1] = y
     mean[2] = wrap_angle(mean[2] + turn)
     mean[SLOW] *= decay
-    mean[SLOW_NORTH] *= decay
+    mean[SLOW_NORTH] *= decay_north
     mean[GYRO_ERROR] *= keeps
 
 

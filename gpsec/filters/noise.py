@@ -28,6 +28,7 @@ class FilterNoise(NamedTuple, Generic[T]):
         gyro_bias_tau_s: correlation time of the gyro's bias.
         camera_white_m: standard deviation of the white part of C0 where the whole range is in view.
         camera_slope: of C1, likewise.
+        camera_slope_correlation: of the white parts of C0 and C1.
         camera_bias_m, camera_bias_tau_s: of the slow part of C0, and its correlation time.
         camera_mount_m: of the mounting offset, constant for a vehicle.
         camera_period_s: time between its samples.
@@ -47,6 +48,7 @@ class FilterNoise(NamedTuple, Generic[T]):
     gyro_bias_tau_s: T
     camera_white_m: T
     camera_slope: T
+    camera_slope_correlation: T
     camera_bias_m: T
     camera_bias_tau_s: T
     camera_mount_m: T

@@ -1,7 +1,7 @@
 """The paper's UKF with what it does not estimate considered: a Schmidt-Kalman filter (Schmidt, 1966).
 
 Position is estimated, as in Eqs 11-16: five sigma points, the camera's lane offset as observation. Yaw, the scale error
-of the odometer, the bias of the gyro and the lasting error of the camera (bias and mounting offset) are *considered*:
+of the odometer, the bias of the gyro and the lasting errors of the camera (bias and mounting offset) are *considered*:
 they have a variance, and covariances with the position, but nothing corrects them (Bierman, *Factorization Methods for
 Discrete Sequential Estimation*, VIII.4). So the filter knows what does not average away, with the states that the paper
 gives it. While GNSS is trusted, the EKF of normal operation considers scale and gyro bias likewise.
@@ -15,7 +15,7 @@ from gpsec.core.arrays import Floats
 from gpsec.core.geo import wrap_angle
 from gpsec.core.kernels import inline
 from gpsec.filters.ekf import STATES
-from gpsec.filters.learning import LEARNING_STATES, SLOW, predict_learnt, start_learning
+from gpsec.filters.learning import LEARNING_STATES, MOUNT, SLOW, start_learning
 from gpsec.hdmap.matching import offset_on, view_on
 from gpsec.hdmap.search import TRACKED
 from gpsec.localization.family import Filter
@@ -72,8 +72,8 @@ def correct_considering(
     """Correct the position with the camera's lane offset (Eqs 13-16), considering all else.
 
     Five sigma points of the position give the offset that is expected, its variance and its covariance with the
-    position, and with these the row H of a linear observation (statistical linearisation). The camera's lasting error
-    adds to what it sees: H is 1 there. What the points scatter beyond H is noise, beside the camera's white part. Of a
+    position, and with these the row H of a linear observation (statistical linearisation). The camera's lasting errors
+    add to what it sees: H is 1 there. What the points scatter beyond H is noise, beside the camera's white part. Of a
     sparse map the UKF takes chords; by how much the arc lies beside, and what is not known of that, is added here.
 
     Returns the segment of the mean (-1 where a sigma point had no match; nothing is corrected then) and repairs made.
@@ -89,14 +89,15 @@ def correct_considering(
     hy = (P[0, 0] * cross_y - P[0, 1] * cross_x) / det
     common = room.root[0]
     for j in range(LEARNING_STATES):
-        common[j] = P[j, 0] * hx + P[j, 1] * hy + P[j, SLOW]
+        common[j] = P[j, 0] * hx + P[j, 1] * hy + P[j, SLOW] + P[j, MOUNT]
     lanes = world.hd_map.lanes
     extend = world.hd_map.mode == TRACKED
     chord, _ = offset_on(lanes, segment, mean[0], mean[1], mean[2], extend)
     arc, _ = view_on(lanes, segment, mean[0], mean[1], mean[2], extend)
-    map_offset, _ = map_variances(lanes, segment, world.noise, profile, sight.speed_mps)
-    S = variance + map_offset + 2.0 * (hx * P[0, SLOW] + hy * P[1, SLOW]) + P[SLOW, SLOW]
-    nu = sight.offset_m - (expected + arc - chord) - mean[SLOW]
+    map_offset, _ = map_variances(world, segment, profile, sight.speed_mps)
+    lasting = P[SLOW, SLOW] + 2.0 * P[SLOW, MOUNT] + P[MOUNT, MOUNT]
+    S = variance + map_offset + 2.0 * (hx * (P[0, SLOW] + P[0, MOUNT]) + hy * (P[1, SLOW] + P[1, MOUNT])) + lasting
+    nu = sight.offset_m - (expected + arc - chord) - mean[SLOW] - mean[MOUNT]
     for i in range(2):
         gain = common[i] / S
         mean[i] += gain * nu
@@ -110,7 +111,7 @@ def correct_considering(
 CONSIDERING_EKF = Filter(
     LEARNING_STATES,
     start_learning,
-    predict_learnt,
+    LEARNING_EKF.predict,
     update_considering,
     LEARNING_EKF.isolate,
     LEARNING_EKF.take_yaw,

@@ -5,7 +5,7 @@ from math import exp, sqrt
 from gpsec.core.arrays import Floats
 from gpsec.core.kernels import inline
 from gpsec.filters.adapting import MEAN_CUT_SQUARE, MOST_VARIANCE, cut_square, learning_gain, learnt
-from gpsec.filters.learning import LEARNING_STATES, predict_learnt, start_learning, update_learning
+from gpsec.filters.learning import LEARNING_STATES, start_learning, update_learning
 from gpsec.filters.noise import FilterNoise
 from gpsec.localization.family import Filter
 from gpsec.localization.learning import LEARNING_EKF
@@ -113,7 +113,7 @@ def _update_within_gate(
 GATED_EKF = Filter(
     GATED_STATES,
     _start,
-    predict_learnt,
+    LEARNING_EKF.predict,
     _update_within_gate,
     LEARNING_EKF.isolate,
     LEARNING_EKF.take_yaw,

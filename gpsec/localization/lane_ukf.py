@@ -1,8 +1,9 @@
 """The UKF of `ukf5`: the camera's lane offset and lane direction correct all that is left when GNSS is isolated.
 
-State: east, north, yaw, scale error of the odometer, bias of the gyro, and the slow error of the camera's offset.
-2N + 1 = 13 sigma points; those of the last three states have the position and yaw of the mean, so that seven are
-matched. Weights are Merwe's with α = 1, β = 2, κ = 0: none is negative, as κ = 3 - n would make that of the mean.
+State: east, north, yaw, scale error of the odometer, bias of the gyro, and two errors of the camera's offset: the slow
+one, and that of its mounting. What is seen is linear in the last four, so that only the first three have sigma points,
+2N + 1 = 7 of them, √3 standard deviations away; the others follow by their covariances with these, exactly. Weights are
+Merwe's with α = 1, β = 2, κ = 0: none is negative.
 """
 
 from math import cos, sqrt, tan
@@ -10,7 +11,7 @@ from math import cos, sqrt, tan
 from gpsec.core.arrays import Floats
 from gpsec.core.geo import wrap_angle
 from gpsec.core.kernels import inline
-from gpsec.filters.learning import GYRO_ERROR, SCALE, SLOW, lead
+from gpsec.filters.learning import GYRO_ERROR, MOUNT, SCALE, SLOW, lead
 from gpsec.filters.noise import FilterNoise
 from gpsec.hdmap.around import gather_around, nearest_of
 from gpsec.hdmap.arrays import Pose
@@ -19,12 +20,13 @@ from gpsec.hdmap.search import MIN_COS, TRACKED, match
 from gpsec.localization.sparse_map import map_variances
 from gpsec.localization.world import LaneSight, Room, World
 
-ACTIVE = 6
-# Where the active states are in the filter state: those that a sigma point is matched with come first.
-_AT = (0, 1, 2, SCALE, GYRO_ERROR, SLOW)
+ACTIVE, POINTED = 7, 3
+# Where the active states are in the filter state: the POINTED that sigma points are of come first.
+_AT = (0, 1, 2, SCALE, GYRO_ERROR, SLOW, MOUNT)
 _CAMERA = 5
+_CAMERA_MOUNT = 6
 # n + λ, weight of each point but the mean, and weight of the mean in covariances (in means it is 0).
-_SPREAD, _WEIGHT, _CENTRE_WEIGHT = 6.0, 1.0 / 12.0, 2.0
+_SPREAD, _WEIGHT, _CENTRE_WEIGHT = 3.0, 1.0 / 6.0, 2.0
 
 
 @inline
@@ -109,28 +111,32 @@ def correct_by_lane(
         expected[point, 1] = tan(turn)
         if point == 0:
             centre = segment
-    z0 = _WEIGHT * (ACTIVE * expected[0, 0])
-    z1 = _WEIGHT * (ACTIVE * expected[0, 1])
+    z0 = 0.0
+    z1 = 0.0
     for point in range(1, 7):
         z0 += _WEIGHT * expected[point, 0]
         z1 += _WEIGHT * expected[point, 1]
-    # The camera's slow error adds to what it sees of the offset.
+    # The camera's errors add to what it sees of the offset.
     u = expected[0, 0] - z0
     w = expected[0, 1] - z1
-    map_offset, map_direction = map_variances(lanes, centre, world.noise, profile, sight.speed_mps)
+    map_offset, map_direction = map_variances(world, centre, profile, sight.speed_mps)
     s00 = offset_sigma_m * offset_sigma_m + map_offset + _CENTRE_WEIGHT * u * u
-    s01 = _CENTRE_WEIGHT * u * w
+    # What is observed is -C0, so that its white part goes with that of C1 the other way round.
+    s01 = _CENTRE_WEIGHT * u * w - world.noise.camera_slope_correlation[profile] * offset_sigma_m * slope_sigma
     s11 = slope_sigma * slope_sigma + map_direction + _CENTRE_WEIGHT * w * w
     for k in range(ACTIVE):
+        camera = _camera(root, k)
         for side in range(2):
-            point = 1 + 2 * k + side if k < 3 else 0
-            d0 = expected[point, 0] - z0 + (root[k, _CAMERA] if side == 0 else -root[k, _CAMERA])
-            d1 = expected[point, 1] - z1
+            d0 = camera if side == 0 else -camera
+            d1 = 0.0
+            if k < POINTED:
+                d0 += expected[1 + 2 * k + side, 0] - z0
+                d1 += expected[1 + 2 * k + side, 1] - z1
             s00 += _WEIGHT * d0 * d0
             s01 += _WEIGHT * d0 * d1
             s11 += _WEIGHT * d1 * d1
     det = s00 * s11 - s01 * s01
-    nu0 = sight.offset_m - z0 - mean[SLOW]
+    nu0 = sight.offset_m - z0 - mean[SLOW] - mean[MOUNT]
     nu1 = sight.slope - z1
     # One column of the root at a time: cross covariance, gain K = C / S, mean + K ν, P - K C.
     for i in range(ACTIVE):
@@ -157,9 +163,15 @@ def correct_by_lane(
 
 
 @inline
+def _camera(root: Floats, k: int) -> float:
+    """Return by how much row k of the root displaces the offset that is seen; below its diagonal a root is not set."""
+    return float(root[k, _CAMERA_MOUNT] + (root[k, _CAMERA] if k <= _CAMERA else 0.0))
+
+
+@inline
 def _difference(root: Floats, expected: Floats, k: int) -> tuple[float, float]:
-    """Return what the two sigma points of row k of the root expect to see, less each other."""
-    camera = 2.0 * root[k, _CAMERA]
-    if k >= 3:
+    """Return by how much what is seen changes from one to the other side of the mean, along row k of the root."""
+    camera = 2.0 * _camera(root, k)
+    if k >= POINTED:
         return camera, 0.0
     return expected[1 + 2 * k, 0] - expected[2 + 2 * k, 0] + camera, expected[1 + 2 * k, 1] - expected[2 + 2 * k, 1]

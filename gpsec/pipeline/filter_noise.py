@@ -26,6 +26,7 @@ def filter_noise(profile: SensorProfile, step_s: float) -> FilterNoise[float]:
         camera_white_m=profile.camera.white_m,
         # C1 of a cubic that is fitted to the whole range (docs/sensors.md).
         camera_slope=profile.camera.white_m * sqrt(75.0) / profile.camera.range_m,
+        camera_slope_correlation=profile.camera.slope_correlation or 0.0,
         camera_bias_m=profile.camera.bias_m,
         camera_bias_tau_s=profile.camera.bias_tau_s,
         camera_mount_m=profile.camera.mount_m,

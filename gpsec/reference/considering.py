@@ -34,7 +34,7 @@ class ConsideringEkf(LearningEkf):
 
 
 class ConsideringUkf(LaneUkf):
-    """The paper's UKF, to which yaw, scale, gyro bias and the camera's lasting error are considered."""
+    """The paper's UKF, to which yaw, scale, gyro bias and the camera's lasting errors are considered."""
 
     def trusting(self, widened: Floats) -> ConsideringEkf:
         """Go back to GNSS; the covariance of the position grows by (2, 2) `widened`."""
@@ -45,16 +45,16 @@ class ConsideringUkf(LaneUkf):
         """Correct the position with the lane offset that the camera sees; False where a sigma point has no match."""
         if sight.lane_offset_m is None:
             return False
-        x, P = np.asarray(self._filter.x), np.asarray(self._filter.P)
+        x, P = self.state, self.state_covariance
         points = _POINTS.sigma_points(x[:2], P[:2, :2])
         offsets = [matcher.offset(float(east), float(north), self.yaw_rad, sight.lane) for east, north in points]
         if any(offset is None for offset in offsets):
             return False
         seen = np.asarray(offsets, np.float64)
         expected = float(_POINTS.Wm @ seen)
-        H = np.zeros((1, 6))
+        H = np.zeros((1, 7))
         H[0, :2] = np.linalg.solve(P[:2, :2], (points - x[:2]).T @ (_POINTS.Wc * (seen - expected)))
-        H[0, 5] = 1.0
+        H[0, 5:] = 1.0
         # What the points scatter beyond a linear observation is noise.
         beyond = float(_POINTS.Wc @ (seen - expected) ** 2 - H[0, :2] @ P[:2, :2] @ H[0, :2])
         R = np.array([[camera_white_m(self.noise, sight.camera_sigma_m) ** 2 + beyond]])
@@ -64,6 +64,6 @@ class ConsideringUkf(LaneUkf):
             return False
         map_variance, _ = matcher.unsure(*here, way_between(self.noise, sight.speed_mps))
         R += map_variance
-        nu = np.array([sight.lane_offset_m - (expected + arc[0] - chord) - x[5]])
-        self._filter.x, self._filter.P = schmidt_update(x, P, H, nu, R, active=2)
+        nu = np.array([sight.lane_offset_m - (expected + arc[0] - chord) - x[5:].sum()])
+        self.state, self.state_covariance = schmidt_update(x, P, H, nu, R, active=2)
         return True

@@ -3,11 +3,12 @@
 from math import cos, exp, log, sin, sqrt, tan
 
 import numpy as np
-from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints, UnscentedKalmanFilter
+from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints, unscented_transform
 
 from gpsec.core.arrays import Floats
-from gpsec.filters.noise import FilterNoise
-from gpsec.reference.filters import NoLaneError, arc, not_given, wrapped
+from gpsec.filters.noise import LASTING_ERROR_S, FilterNoise
+from gpsec.localization.learning import AXLE_M
+from gpsec.reference.filters import arc, wrapped
 from gpsec.reference.matching import LaneMatcher
 from gpsec.reference.sight import Sight
 
@@ -19,6 +20,8 @@ _IN_UKF = [0, 1, 2, 3, 4]
 class LearningEkf:
     """State: east, north, yaw, slow GNSS error east and north, scale error of the odometer, bias of the gyro."""
 
+    # Whether it allows for a body that does not turn evenly within a step.
+    uneven = True
     _H = np.array([[1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0]])
 
     def __init__(self, noise: FilterNoise[float], mean: Floats, covariance: Floats) -> None:
@@ -57,6 +60,8 @@ class LearningEkf:
         ekf.F[np.ix_(_IN_EKF, _IN_EKF)] = F
         ekf.Q = np.eye(7) * noise.gnss_bias_m**2 * (1.0 - decay**2)
         ekf.Q[np.ix_(_IN_EKF, _IN_EKF)] = Q
+        if self.uneven:
+            ekf.Q[:2, :2] += uneven_turn(noise, ekf.x[_IN_EKF], speed_mps, yaw_rate_rps, step_s)
         slow = decay * ekf.x[3:5]
         ekf.predict()
         ekf.x = np.array([*moved[:3], *slow, *moved[3:]])
@@ -140,41 +145,37 @@ class GatedEkf(LearningEkf):
 
 
 class LaneUkf:
-    """State: east, north, yaw, scale error of the odometer, bias of the gyro, slow error of the camera's offset."""
+    """State: east, north, yaw, scale of the odometer, bias of the gyro, slow error and mounting of the camera.
+
+    Attributes:
+        state: (7,) it.
+        state_covariance: (7, 7) its covariance.
+    """
+
+    # Of position and yaw, in which alone what is seen is not linear.
+    _POINTS = MerweScaledSigmaPoints(n=3, alpha=1.0, beta=2.0, kappa=0.0)
 
     def __init__(self, noise: FilterNoise[float], state: Floats, covariance: Floats) -> None:
         self.noise = noise
-        points = MerweScaledSigmaPoints(n=6, alpha=1.0, beta=2.0, kappa=0.0)
-        self._filter = UnscentedKalmanFilter(dim_x=6, dim_z=2, dt=0.0, hx=not_given, fx=not_given, points=points)
-        self._filter.x, self._filter.P = state, covariance
+        self.state, self.state_covariance = state, covariance
 
     @classmethod
     def isolated(cls, ekf: LearningEkf) -> "LaneUkf":
-        """Start from a filter that has used GNSS; the camera's slow error is unknown."""
+        """Start from a filter that has used GNSS; the camera's errors are unknown."""
         noise = ekf.noise
-        P = np.zeros((6, 6))
+        P = np.zeros((7, 7))
         P[:5, :5] = ekf.covariance[np.ix_(_IN_EKF, _IN_EKF)]
-        P[5, 5] = noise.camera_bias_m**2 + noise.camera_mount_m**2
-        return cls(noise, np.array([*ekf.mean[_IN_EKF], 0.0]), P)
+        P[5, 5], P[6, 6] = noise.camera_bias_m**2, noise.camera_mount_m**2
+        return cls(noise, np.array([*ekf.mean[_IN_EKF], 0.0, 0.0]), P)
 
     def trusting(self, widened: Floats) -> LearningEkf:
         """Go back to GNSS; the covariance of the position grows by (2, 2) `widened`."""
         P = np.diag([0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0]) * self.noise.gnss_bias_m**2
-        P[np.ix_(_IN_EKF, _IN_EKF)] = self._filter.P[:5, :5]
+        P[np.ix_(_IN_EKF, _IN_EKF)] = self.state_covariance[:5, :5]
         P[:2, :2] += widened
         mean = np.zeros(7)
-        mean[_IN_EKF] = self._filter.x[:5]
+        mean[_IN_EKF] = self.state[:5]
         return LearningEkf(self.noise, mean, P)
-
-    @property
-    def state(self) -> Floats:
-        """The (6,) state."""
-        return np.asarray(self._filter.x)
-
-    @property
-    def state_covariance(self) -> Floats:
-        """Its (6, 6) covariance."""
-        return np.asarray(self._filter.P)
 
     @property
     def mean(self) -> Floats:
@@ -189,51 +190,54 @@ class LaneUkf:
     @property
     def yaw_rad(self) -> float:
         """Yaw."""
-        return float(self._filter.x[2])
+        return float(self.state[2])
 
     def take_yaw(self, yaw_rad: float) -> None:
         """Take the heading sensor's yaw, which knows nothing of the other states."""
-        self._filter.x[2] = yaw_rad
-        self._filter.P[2, :] = self._filter.P[:, 2] = 0.0
-        self._filter.P[2, 2] = self.noise.heading_rad**2
+        self.state[2] = yaw_rad
+        self.state_covariance[2, :] = self.state_covariance[:, 2] = 0.0
+        self.state_covariance[2, 2] = self.noise.heading_rad**2
 
     def predict(self, speed_mps: float, yaw_rate_rps: float, step_s: float) -> None:
         """Propagate by one step, as the EKF is: x' = f(x, u), P' = F P Fᵀ + Q."""
-        noise, ukf = self.noise, self._filter
-        moved, F, Q = learnt_motion(noise, ukf.x[_IN_UKF], speed_mps, yaw_rate_rps, step_s)
-        bias, mount = noise.camera_bias_m**2, noise.camera_mount_m**2
-        fading = bias * exp(-step_s / noise.camera_bias_tau_s) + mount
-        correlation = fading / (bias + mount) if bias + mount > 0.0 else 1.0
-        whole_F, whole_Q = np.eye(6) * correlation, np.eye(6) * (bias + mount) * (1.0 - correlation**2)
+        noise, state = self.noise, self.state
+        moved, F, Q = learnt_motion(noise, state[_IN_UKF], speed_mps, yaw_rate_rps, step_s)
+        fades = exp(-step_s / noise.camera_bias_tau_s)
+        whole_F = np.diag([0.0, 0.0, 0.0, 0.0, 0.0, fades, 1.0])
+        whole_Q = np.diag([0.0, 0.0, 0.0, 0.0, 0.0, noise.camera_bias_m**2 * (1.0 - fades**2), 0.0])
         whole_F[:5, :5], whole_Q[:5, :5] = F, Q
-        ukf.x = np.array([*moved, correlation * ukf.x[5]])
-        ukf.P = whole_F @ ukf.P @ whole_F.T + whole_Q
+        whole_Q[:2, :2] += uneven_turn(noise, state[_IN_UKF], speed_mps, yaw_rate_rps, step_s)
+        self.state = np.array([*moved, fades * state[5], state[6]])
+        self.state_covariance = whole_F @ self.state_covariance @ whole_F.T + whole_Q
 
     def update(self, matcher: LaneMatcher, sight: Sight) -> bool:
         """Correct with offset and slope of the lane that the camera sees; False where a sigma point has no match."""
         noise = self.noise
         white = camera_white_m(noise, sight.camera_sigma_m)
         slope_sigma = noise.camera_slope * (white / noise.camera_white_m) ** 3
-        east, north, course, _, gyro, _ = self.state.tolist()
+        mean, P = self.state, self.state_covariance
+        east, north, yaw, _, gyro, slow, mount = mean.tolist()
         lead = noise.gyro_latency_s * (sight.yaw_rate_rps - gyro)
-
-        def expected(point: Floats) -> Floats:
-            x, y, yaw, _, _, camera = point.tolist()
-            view = matcher.view(x, y, yaw + lead, sight.lane)
-            if view is None:
-                raise NoLaneError
-            return np.array([view[0] + camera, tan(view[1])])
-
-        unsure = matcher.unsure(east, north, course + lead, sight.lane, way_between(noise, sight.speed_mps))
-        ukf = self._filter
-        # Sigma points of the covariance as it is now: `predict` was not filterpy's.
-        ukf.sigmas_f = ukf.points_fn.sigma_points(ukf.x, ukf.P)
-        try:
-            seen = np.array([sight.lane_offset_m, sight.lane_slope])
-            ukf.update(seen, R=np.diag([white**2, slope_sigma**2]) + np.diag(unsure), hx=expected)
-        except NoLaneError:
+        points = self._POINTS.sigma_points(mean[:3], P[:3, :3])
+        views = [matcher.view(float(x), float(y), float(angle) + lead, sight.lane) for x, y, angle in points]
+        seen = np.array([[view[0], tan(view[1])] for view in views if view is not None])
+        if len(seen) < len(points):
             return False
-        ukf.x[2] = wrapped(ukf.x[2])
+        expected, spread = unscented_transform(seen, self._POINTS.Wm, self._POINTS.Wc)
+        H = np.zeros((2, 7))
+        H[:, :3] = np.linalg.solve(P[:3, :3], (points - mean[:3]).T @ (self._POINTS.Wc[:, None] * (seen - expected))).T
+        # The camera's errors add to the offset.
+        H[0, 5:] = 1.0
+        # What the points scatter beyond a linear observation is noise, and so is what the map leaves open.
+        beyond = spread - H[:, :3] @ P[:3, :3] @ H[:, :3].T
+        unsure = matcher.unsure(east, north, yaw + lead, sight.lane, way_between(noise, sight.speed_mps))
+        both = -noise.camera_slope_correlation * white * slope_sigma
+        R = np.array([[white**2, both], [both, slope_sigma**2]]) + np.diag(unsure) + beyond
+        K = P @ H.T @ np.linalg.inv(H @ P @ H.T + R)
+        nu = np.array([sight.lane_offset_m, sight.lane_slope]) - expected - np.array([slow + mount, 0.0])
+        self.state = mean + K @ nu
+        self.state[2] = wrapped(self.state[2])
+        self.state_covariance = P - K @ (H @ P @ H.T + R) @ K.T
         return True
 
 
@@ -262,6 +266,18 @@ def learnt_motion(
     Q[4, 4] = noise.gyro_bias_rps**2 * (1.0 - keeps**2)
     moved = np.array([east + shift[0], north + shift[1], wrapped(yaw + turn), scale, keeps * gyro])
     return moved, F, Q
+
+
+def uneven_turn(
+    noise: FilterNoise[float], state: Floats, speed_mps: float, yaw_rate_rps: float, step_s: float
+) -> Floats:
+    """Return the (2, 2) covariance that a step adds: its way points along yaw + θ (1/2 + d/12L), not yaw + θ/2."""
+    _, _, yaw, scale, gyro = state.tolist()
+    turn = (yaw_rate_rps - gyro) * step_s
+    course = yaw + noise.gyro_latency_s * (yaw_rate_rps - gyro) + turn / 2.0
+    beside = turn * (speed_mps * step_s / (1.0 + scale)) ** 2 / (12.0 * AXLE_M)
+    left = np.array([-sin(course), cos(course)])
+    return np.asarray(beside**2 * LASTING_ERROR_S / step_s * np.outer(left, left))
 
 
 def way_between(noise: FilterNoise[float], speed_mps: float) -> float:

@@ -92,8 +92,12 @@ class LaneMatcher:
         segment = found[2]
         chord = self._end_m[segment] - self._start_m[segment]
         length, course = float(np.hypot(*chord)), float(np.arctan2(chord[1], chord[0]))
-        bends = self._start_yaw_rad[segment] + self._end_yaw_rad[segment] - 2.0 * course
-        kinks = 2.0 * float((bends + 2.0 * pi) % (4.0 * pi) - 2.0 * pi)
+        first, last = self._start_yaw_rad[segment], self._end_yaw_rad[segment]
+        if segment in self._first or segment + 1 in self._first:
+            # The end of a lane: its direction is drawn on, and the curvature may end here.
+            kinks = float(last - first)
+        else:
+            kinks = 2.0 * float((first + last - 2.0 * course + 2.0 * pi) % (4.0 * pi) - 2.0 * pi)
         samples = max(length / way_m, 1.0)
         return samples * (OFFSET_SHARE * kinks * length) ** 2, samples * (DIRECTION_SHARE * kinks) ** 2
 

@@ -12,6 +12,8 @@ from gpsec.reference.learning import LearningEkf
 class MonitorEkf(LearningEkf):
     """The filter that learns scale and gyro bias, which can stand, and say what it expects of a fix."""
 
+    uneven = False
+
     def move(self, speed_mps: float, yaw_rate_rps: float, step_s: float) -> None:
         """Take a step, or stand."""
         white = max(self.noise.gyro_white_rps**2, 1e-12)

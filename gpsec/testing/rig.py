@@ -38,6 +38,7 @@ RIG_FIGURES = FilterNoise(
     gyro_bias_tau_s=100.0,
     camera_white_m=0.06,
     camera_slope=0.01,
+    camera_slope_correlation=-0.5,
     camera_bias_m=0.04,
     camera_bias_tau_s=10.0,
     camera_mount_m=0.03,

@@ -26,6 +26,7 @@ _FIGURES = FilterNoise(
     gyro_bias_tau_s=100.0,
     camera_white_m=0.05,
     camera_slope=0.01,
+    camera_slope_correlation=0.0,
     camera_bias_m=0.02,
     camera_bias_tau_s=10.0,
     camera_mount_m=0.02,

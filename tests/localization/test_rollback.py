@@ -118,12 +118,14 @@ def test_the_camera_of_the_alarms_own_step_corrects_once(straight, response):
     without.step(alarm=True, camera=False)
     seen.step(alarm=True, camera=True)
     before, after = (rig.filter(response).covariance for rig in (without, seen))
-    states = [1, 2, 3, 5, 6] if response == "ukf5_rollback" else [1]
+    states = [1, 2, 3, 4, 5, 6] if response == "ukf5_rollback" else [1]
     P = before[np.ix_(states, states)]
     if response == "ukf5_rollback":
-        # Offset: y and the camera's slow error; slope of the lane: less yaw.
-        H = np.array([[1.0, 0.0, 1.0, 0.0, 0.0], [0.0, -1.0, 0.0, 0.0, 0.0]])
-        R = np.diag(np.square(lane_ukf.camera_noise(without.world.noise, 0, 0.08)))
+        # Offset: y and the camera's two errors; slope of the lane: less yaw.
+        H = np.array([[1.0, 0.0, 1.0, 1.0, 0.0, 0.0], [0.0, -1.0, 0.0, 0.0, 0.0, 0.0]])
+        white, slope = lane_ukf.camera_noise(without.world.noise, 0, 0.08)
+        both = -without.figures.camera_slope_correlation * white * slope
+        R = np.array([[white**2, both], [both, slope**2]])
     else:
         H, R = np.ones((1, 1)), np.array([[0.08**2]])
     expected = P - P @ H.T @ np.linalg.inv(H @ P @ H.T + R) @ H @ P

@@ -181,7 +181,7 @@ class SideBySide:
                 found.close("gate's noise", defence.ekf.learnt, mean[LEARNT_NOISE])
                 found.seen["gate has learnt"] += bool(abs(mean[LEARNT_NOISE]) > 0.05)
             if isinstance(defence.ukf, LaneUkf):
-                order = [0, 1, 2, 5, 6, 3]
+                order = [0, 1, 2, 5, 6, 3, 4]
                 found.close("lane UKF state", defence.ukf.state, mean[order])
                 found.close("lane UKF covariance", defence.ukf.state_covariance, covariance[np.ix_(order, order)])
                 found.seen["lane correction"] += defence.corrected
