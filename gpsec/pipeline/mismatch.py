@@ -72,12 +72,15 @@ def visibility(
     Raises:
         GpsecError: the file of lines beside the net is not as it should be.
     """
+    return look_by_place(cameras_by_place(scenario, profiles), hd_map, net_file)
+
+
+def cameras_by_place(scenario: Scenario, profiles: Sequence[SensorProfile]) -> list[bool]:
+    """Return of each profile whether its cameras lose markings by place, and so behind other vehicles of the fleet."""
     camera = scenario.fleet.camera
     if camera.visibility == "profile" and camera.tape is None:
-        by_place = [profile.camera.visibility == "place" for profile in profiles]
-    else:
-        by_place = [camera.visibility == "place"] * len(profiles)
-    return look_by_place(by_place, hd_map, net_file)
+        return [profile.camera.visibility == "place" for profile in profiles]
+    return [camera.visibility == "place"] * len(profiles)
 
 
 def look_by_place(by_place: Sequence[bool], hd_map: HDMap, net_file: Path) -> tuple[Visibility | None, tuple[str, ...]]:

@@ -16,6 +16,7 @@ from gpsec.outcomes.tables import STEP_LOG, read_table
 from gpsec.running.results import Results
 from gpsec.running.workers import run_scenarios
 from gpsec.scenario import Scenario
+from gpsec.sensors.registry import PROFILES
 from gpsec.traffic.config import is_file
 
 _KEYS = ["vehicle_id", "attack", "defence"]
@@ -39,7 +40,7 @@ def simulate(run: Results, wanted: Mapping[str, Collection[str]], tell: Report) 
     only = {
         scenario.name: tuple(vehicles)
         for scenario, vehicles in zip(scenarios, wanted.values(), strict=True)
-        if not _is_seen_by_others(scenario)
+        if not _see_each_other(run, scenario)
     }
     found: dict[str, pd.DataFrame | None] = {}
     with tempfile.TemporaryDirectory(prefix="gpsec-again-") as folder:
@@ -63,11 +64,12 @@ def _run(scenario: Scenario, folder: Path, report: Report, only: Mapping[str, Co
     again(scenario, folder, report, only=only.get(scenario.name))
 
 
-def _is_seen_by_others(scenario: Scenario) -> bool:
+def _see_each_other(run: Results, scenario: Scenario) -> bool:
     """Return whether vehicles are in the view of each other's cameras, so that the whole fleet has to be there."""
-    camera = scenario.fleet.camera
-    by_place = camera.visibility == "place" or (camera.visibility == "profile" and camera.tape is None)
-    return camera.source == "image" or by_place
+    from gpsec.pipeline.mismatch import cameras_by_place
+
+    profiles = [PROFILES[name] for name in run.manifest(scenario.name)["profiles"]]
+    return scenario.fleet.camera.source == "image" or any(cameras_by_place(scenario, profiles))
 
 
 def _scenario(run: Results, name: str, vehicles: Collection[str]) -> Scenario:
@@ -84,7 +86,7 @@ def _scenario(run: Results, name: str, vehicles: Collection[str]) -> Scenario:
             " simulated again; start gpsec where the run was started"
         )
     changes: dict[str, Any] = {"log_steps": True, "log_vehicles": (), "threads": 1}
-    if _is_seen_by_others(scenario):
+    if _see_each_other(run, scenario):
         changes |= {"log_steps": False, "log_vehicles": tuple(vehicles)}
     journeys = run.vehicles[(run.vehicles["scenario"] == name) & run.vehicles["vehicle_id"].isin(list(vehicles))]
     if journeys["arrive_s"].notna().all():
