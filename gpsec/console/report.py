@@ -23,7 +23,9 @@ def report(
     ] = None,
     again: Annotated[
         bool,
-        typer.Option("--again", help="Simulate the vehicles that it shows again, if not logged: runs RUN's scenario."),
+        typer.Option(
+            "--again", help="Simulate the vehicles that it shows again, for every step of theirs: runs RUN's scenario."
+        ),
     ] = False,
     geojson: Annotated[
         bool,
@@ -95,13 +97,13 @@ def _report(
     from gpsec.running.results import load, write_spreadsheets
 
     run = load(folder)
-    stories = [] if run.worlds else choose_stories(run)  # worlds keep what their page shows
-    steps: Steps = logged_steps(run, stories)
+    steps: Steps | None = None
     status = 0
-    if extras.again:
+    if extras.again and not run.worlds:  # worlds keep what their page shows
         try:
+            stories = choose_stories(run)
             wanted = [(story.scenario, story.vehicle_id) for story in stories]
-            steps = completed(run, steps, wanted, allow_code=allow_code)
+            steps = completed(run, logged_steps(run, stories), wanted, allow_code=allow_code)
         except GpsecError as error:
             # The report is worth having without them, and says what it lacks.
             messages().note(f"gpsec: no traces: {error}")

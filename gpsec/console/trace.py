@@ -37,7 +37,7 @@ def trace(
     """  # noqa: D301
     from gpsec.console.resimulation import completed
     from gpsec.console.terminal import tables
-    from gpsec.report.make import Steps, trace_page, write_trace
+    from gpsec.report.make import Steps, known_steps, logged_steps, trace_page, traced, write_trace
     from gpsec.report.stories import story_of, worst_stories
     from gpsec.report.terminal import story_parts
     from gpsec.report.traces import rows_of
@@ -51,7 +51,9 @@ def trace(
             say(f"gpsec trace {run} {quote(story.vehicle_id)} {asked}")
         return
     story = story_of(told, vehicle, scenario, attack)
-    steps: Steps = {story.scenario: told.steps(story.scenario, [vehicle])}
+    steps: Steps = logged_steps(told, [story])
+    if (vehicle, story.attack) in traced(told).get(story.scenario, ()):
+        steps = known_steps(told, [story])
     steps = completed(told, steps, [(story.scenario, vehicle)], allow_code=allow_code)
     logged = steps[story.scenario]
     if logged is None or rows_of(story, logged).empty:

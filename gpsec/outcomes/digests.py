@@ -5,7 +5,17 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from gpsec.outcomes.tables import EFFECTS, LOG_ERRORS, LOG_TAPE, MAP, POOLED_PREFIX, STEP_LOG, TABLES, WORLD_TABLES
+from gpsec.outcomes.tables import (
+    EFFECTS,
+    LOG_ERRORS,
+    LOG_TAPE,
+    MAP,
+    POOLED_PREFIX,
+    STEP_LOG,
+    TABLES,
+    TRACES,
+    WORLD_TABLES,
+)
 
 WHOLE, CHANGED, MISSING, ADDED = "whole", "changed", "missing", "added"
 # Key of a manifest.
@@ -13,7 +23,7 @@ DIGESTS = "tables"
 
 
 def table_digests(folder: Path, tables: Sequence[str] = TABLES) -> dict[str, str]:
-    """Return name -> SHA-256 of the files in `folder` that hold results: `tables`, step logs, maps, tapes.
+    """Return name -> SHA-256 of the files in `folder` that hold results: `tables`, step logs, traces, maps, tapes.
 
     What is made of them later (pages, Parquet copies of tables) is not among them.
     """
@@ -35,7 +45,7 @@ def are_whole(folder: Path, manifest: Mapping[str, Any]) -> bool:
 def _found(folder: Path, tables: Sequence[str]) -> list[Path]:
     paths = [folder / f"{name}.csv" for name in (*tables, LOG_ERRORS, *WORLD_TABLES, EFFECTS)]
     paths += sorted(folder.glob(f"{POOLED_PREFIX}*.csv"))
-    for kind in (Path(STEP_LOG), Path(MAP), Path(LOG_TAPE)):
+    for kind in (Path(STEP_LOG), Path(TRACES), Path(MAP), Path(LOG_TAPE)):
         paths += [folder / kind, *sorted(folder.glob(f"{kind.stem}-*{kind.suffix}"))]
     return [path for path in paths if path.is_file()]
 

@@ -20,6 +20,7 @@ from gpsec.outcomes.tables import (
     POOLED_PREFIX,
     STEP_LOG,
     TABLES,
+    TRACES,
     WORLD_TABLES,
     read_table,
     whole,
@@ -33,9 +34,9 @@ _BOOTSTRAP = Bootstrap(seed=2026)
 def merge(folders: list[Path], out: Path) -> None:
     """Join the files of several runs, a folder each, in `out`; the runs follow in the order of their folders' names.
 
-    Tables are concatenated, manifests become a list under "scenarios", beside the digests of the tables. Step logs,
-    whose columns differ with the detectors, maps and tapes are kept apart as ``steps-<folder>.parquet``,
-    ``map-<folder>.geojson`` and ``gnss.tape-<folder>.npz`` where there is more than one run.
+    Tables are concatenated, manifests become a list under "scenarios", beside the digests of the tables. Step logs
+    and traces, whose columns differ with the detectors, maps and tapes are kept apart as ``steps-<folder>.parquet``,
+    ``map-<folder>.geojson`` and so on where there is more than one run.
 
     Raises:
         GpsecError: a folder lacks a file, or its columns are not those of the others.
@@ -53,7 +54,7 @@ def merge(folders: list[Path], out: Path) -> None:
         with whole(out / f"{EFFECTS}.csv") as partial:
             write_frame(effects_table(read_table(out, "worlds")), partial)
     for folder in folders:
-        for file in (Path(STEP_LOG), Path(MAP), Path(LOG_TAPE)):
+        for file in (Path(STEP_LOG), Path(TRACES), Path(MAP), Path(LOG_TAPE)):
             if (folder / file).exists():
                 target = file.name if len(folders) == 1 else f"{file.stem}-{folder.name}{file.suffix}"
                 with whole(out / target) as partial:

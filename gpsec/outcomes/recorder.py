@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -15,8 +16,11 @@ from gpsec.outcomes.bands import add_bands, empty_bands, stride
 from gpsec.outcomes.bootstrap import Bootstrap
 from gpsec.outcomes.events import ClosedTracks
 from gpsec.outcomes.histograms import BINS, count
+from gpsec.outcomes.kept_traces import KeptTraces
 from gpsec.outcomes.lanes import Judge, judge_lanes, no_counts
+from gpsec.outcomes.samples import SampleTable
 from gpsec.outcomes.state import OutcomeState
+from gpsec.outcomes.steps import StepLog
 from gpsec.outcomes.street_names import Streets
 from gpsec.outcomes.streets import Exposure, count_streets
 from gpsec.outcomes.study import Study
@@ -35,16 +39,17 @@ class Outcomes:
 
     Attributes:
         study: names of plans, detectors, defences, profiles.
-        table: running sums of the tracks on the road; the pipeline grows, copies and resets its rows with theirs.
+        table: running sums of the tracks on the road.
         histogram: (P, profiles, K, 2, BINS) counts of statistics, of samples not attacked and attacked.
         rises: (profiles, K, BINS) from which the alarms of benign vehicles at any threshold follow.
         bands: (P, profiles, D, 2, …) counts of errors by the second of the attack, see `outcomes.bands`.
         lanes: (P, profiles, 3, …) counts of steps on the right lane and not, see `outcomes.lanes`.
         streets: names of the lanes; exposure: what was driven on them.
+        traces: what is kept for the traces of the report, None where nothing is.
 
     """
 
-    def __init__(self, study: Study, roads: Roads, lane_ids: Sequence[str]) -> None:
+    def __init__(self, study: Study, roads: Roads, lane_ids: Sequence[str], traces: KeptTraces | None = None) -> None:
         plans, profiles, detectors = len(study.plans), len(study.profiles), len(study.detectors)
         self.study = study
         self.table = Table(OutcomeState, detectors=detectors, defences=len(study.defences))
@@ -57,6 +62,7 @@ class Outcomes:
         self._judge = Judge.on(roads, study.step_s)
         self.streets = Streets.on(lane_ids, roads.sides)
         self.exposure = Exposure.none(study, len(self.streets.edge_id))
+        self.traces = traces
         self._origin_s = 0.0
         self._closed: list[ClosedTracks] = []
         self._just_closed: list[ClosedTracks] = []
@@ -65,6 +71,10 @@ class Outcomes:
     def state(self) -> OutcomeState:
         """The running sums."""
         return self.table.now
+
+    def tables(self) -> list[Table[Any] | SampleTable]:
+        """Return the tables whose rows are to be grown, copied and reset with those of the tracks."""
+        return [self.table] if self.traces is None else [self.table, self.traces.table]
 
     def observe(self, view: StepView, threads: Threads) -> None:
         """Add one step of the tracks `view.rows`.
@@ -84,6 +94,8 @@ class Outcomes:
         count_streets(rows, self.streets.edge, tracks, vehicles, view.answers, sums, self.exposure)
         judge_lanes(rows, self._judge, tracks, vehicles, view.seen, sums, self.lanes)
         add_bands(rows, view.step, self._stride, tracks, vehicles, view.answers.estimate_m, self.bands)
+        if self.traces is not None:
+            self.traces.observe(view, threads)
 
     def close(self, rows: Ints, tracks: Tracks, people: Sequence[Identity], ended_s: float | None) -> None:
         """Keep the sums of track rows that are over; `people` holds their vehicles, one a row.
@@ -92,7 +104,10 @@ class Outcomes:
         road when the run ends; `ended_s` is the simulated time at which they left, None for these.
         """
         if len(rows) > 0:
-            self._just_closed.append(ClosedTracks.at(rows, tracks, self.state, people, ended_s))
+            closed = ClosedTracks.at(rows, tracks, self.state, people, ended_s)
+            self._just_closed.append(closed)
+            if self.traces is not None:
+                self.traces.close(rows, closed)
         # Many small arrays take several times the memory of few large ones.
         if len(self._just_closed) == _JOINED_AT_ONCE:
             self._closed.append(ClosedTracks.concatenate(self._just_closed))
@@ -102,6 +117,11 @@ class Outcomes:
         """Return all closed tracks, ordered by vehicle and plan."""
         none = ClosedTracks.none(len(self.study.detectors), len(self.study.defences))
         return ClosedTracks.concatenate([none, *self._closed, *self._just_closed])
+
+    def write_traces(self, log: StepLog) -> None:
+        """Write the traces that are kept into a log of steps."""
+        if self.traces is not None:
+            self.traces.write(log, self.study, self._origin_s)
 
     def write(
         self,

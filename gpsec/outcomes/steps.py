@@ -1,6 +1,6 @@
 """The log of every step (`--log-steps`): a Parquet file with one row for every track and step, written and read."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
@@ -53,7 +53,7 @@ class StepLog:
         self._detectors = list(detector_names)
         self._defences = [f"{detector}+{response}" for detector, response in defences]
         self._projector = projector
-        self._pending: list[dict[str, Any]] = []
+        self._pending: list[Mapping[str, Any]] = []
         self._count = 0
         self._stack = ExitStack()
         self._writer: Any = parquet.ParquetWriter(
@@ -76,17 +76,17 @@ class StepLog:
         """Log the tracks `view.rows`; `vehicle_ids` are those of their vehicles, one a track; `seen` has all."""
         rows, tracks, vehicles = view.rows, view.tracks, view.vehicles
         v = tracks.vehicle[rows]
-        step: dict[str, Any] = {
+        step = {
             "time_s": np.full(len(rows), view.time_s),
             "vehicle_id": np.array(vehicle_ids, object),
             "plan": self._plans[tracks.plan[rows]],
-            "lane": self._lane_ids[vehicles.lane[v]],
-            "rear": vehicles.rear_m[v],
+            "lane": vehicles.lane[v],
+            "rear_m": vehicles.rear_m[v],
             "yaw_rad": vehicles.yaw_rad[v],
             "speed_mps": vehicles.speed_mps[v],
             "settled": tracks.settled[rows],
             "attacked": tracks.attacked[rows],
-            "fix": tracks.fix_m[rows],
+            "fix_m": tracks.fix_m[rows],
             "fix_valid": tracks.fix_valid[rows],
             "lane_offset_m": vehicles.lane_offset_m[v],
             "camera_offset_m": -seen.lane_poly[v, 0],
@@ -96,11 +96,18 @@ class StepLog:
             "statistic": view.answers.statistic[rows],
             "scored": view.answers.scored[rows],
             "alarm": view.answers.alarm[rows],
-            "estimate": view.answers.estimate_m[rows],
+            "estimate_m": view.answers.estimate_m[rows],
             "isolated": view.answers.isolated[rows],
         }
-        self._pending.append(step)
-        self._count += len(rows)
+        self.add(step)
+
+    def add(self, rows: Mapping[str, Any]) -> None:
+        """Log rows of a track and step each: names of vehicle and plan, index of the lane, fields of a `StepView`.
+
+        Those that end in `_valid`, and `scored`, say where the others are known.
+        """
+        self._pending.append(rows)
+        self._count += len(rows["time_s"])
         if self._count >= ROWS_AT_ONCE:
             self._flush()
 
@@ -132,11 +139,12 @@ class StepLog:
         self._pending.clear()
         self._count = 0
         columns: dict[str, Any] = {
-            name: data[name]
-            for name in ("time_s", "vehicle_id", "plan", "lane", "yaw_rad", "speed_mps", "settled", "attacked")
+            name: data[name] for name in ("time_s", "vehicle_id", "plan", "yaw_rad", "speed_mps", "settled", "attacked")
         }
-        every = np.ones(len(data["rear"]), np.bool_)
-        columns |= self._positions("", data["rear"], every) | self._positions("fix_", data["fix"], data["fix_valid"])
+        columns["lane"] = self._lane_ids[data["lane"]]
+        every = np.ones(len(data["rear_m"]), np.bool_)
+        columns |= self._positions("", data["rear_m"], every)
+        columns |= self._positions("fix_", data["fix_m"], data["fix_valid"])
         columns["lane_offset_m"] = data["lane_offset_m"]
         columns["camera_offset_m"] = pa.array(data["camera_offset_m"], mask=~data["camera_valid"])
         columns["residual_m"] = pa.array(data["residual_m"], mask=~data["residual_valid"])
@@ -144,9 +152,11 @@ class StepLog:
             columns[f"{name}_statistic"] = pa.array(data["statistic"][:, k], mask=~data["scored"][:, k])
             columns[f"{name}_alarm"] = data["alarm"][:, k]
         for d, name in enumerate(self._defences):
-            columns[f"{name}_x_m"] = data["estimate"][:, d, 0]
-            columns[f"{name}_y_m"] = data["estimate"][:, d, 1]
+            columns[f"{name}_x_m"] = data["estimate_m"][:, d, 0]
+            columns[f"{name}_y_m"] = data["estimate_m"][:, d, 1]
             columns[f"{name}_isolated"] = data["isolated"][:, d]
+        for name in ("yaw_rad", "speed_mps", "lane_offset_m"):
+            columns[name] = columns[name].astype(np.float64)
         schema = self._schema()
         self._writer.write_table(pa.table([pa.array(columns[name]) for name in schema.names], schema=schema))
 

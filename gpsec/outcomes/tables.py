@@ -36,6 +36,8 @@ WORLD_TABLES, EFFECTS = ("worlds", "collisions", "crashes", "standing", "jams"),
 # Before the name of a table over all seeds of a scenario.
 POOLED_PREFIX = "pooled_"
 STEP_LOG = "steps.parquet"
+# The same of a few attacks, with fewer steps.
+TRACES = "traces.parquet"
 MAP = "map.geojson"
 # A day in steps of 0.1 s takes six digits, a position within a net seven to the centimetre.
 FLOAT_FORMAT = "%.9g"

@@ -18,6 +18,7 @@ from gpsec.core.threads import Threads
 from gpsec.hdmap.locating import locate
 from gpsec.hdmap.map import HDMap
 from gpsec.outcomes.recorder import Outcomes
+from gpsec.outcomes.samples import SampleTable
 from gpsec.sensors.sense import Sensors
 from gpsec.sensors.shared_errors import SharedErrors
 from gpsec.sensors.visibility import Visibility
@@ -241,8 +242,8 @@ class Loop:
         if self.eyes is not None:
             self.eyes.enter(frame.departures, vehicles)
         tracks = self._new_tracks(new)
-        for rows in self._track_states():
-            rows.reset(tracks)
+        for table in self._track_states():
+            table.reset(tracks)
         self._method.reset(tracks)
         self.tracks.vehicle[tracks] = new
         people = [(departure.vehicle_type, departure.first_id) for departure in frame.departures]
@@ -281,8 +282,8 @@ class Loop:
         source = np.array([self._track(row, 0) for row in vehicle_rows.tolist()], np.int32)
         forked = self._new_tracks(vehicle_rows) if self._forks else source
         if self._forks:
-            for state in self._track_states():
-                state.copy(source, forked)
+            for table in self._track_states():
+                table.copy(source, forked)
             self._method.copy(source, forked)
         tracks = self.tracks  # the table may have grown
         tracks.plan[forked] = np.repeat(list(begun), [len(rows) for rows in begun.values()])
@@ -350,8 +351,8 @@ class Loop:
         taken = [self._slots.take() for _ in range(len(vehicle_rows))]
         if self._slots.used > self._tracks.capacity:
             capacity = 2 * self._slots.used
-            for state in self._track_states():
-                state.grow(capacity)
+            for table in self._track_states():
+                table.grow(capacity)
             self._method.grow(capacity)
             for state in self._attack_states:
                 state.grow(capacity)
@@ -373,5 +374,5 @@ class Loop:
     def _vehicle_states(self) -> list[Table[Any]]:
         return [self._vehicles, self._seen, self._sensor_state, self._history, *self._schedules]
 
-    def _track_states(self) -> list[Table[Any]]:
-        return [self._tracks] if self._outcomes is None else [self._tracks, self._outcomes.table]
+    def _track_states(self) -> list[Table[Any] | SampleTable]:
+        return [self._tracks] if self._outcomes is None else [self._tracks, *self._outcomes.tables()]

@@ -18,12 +18,13 @@ from gpsec.core.progress import Progress, Report
 from gpsec.core.stopwatch import Stopwatch
 from gpsec.core.threads import Threads
 from gpsec.detection.base import Detection
+from gpsec.outcomes.kept_traces import KeptTraces
 from gpsec.outcomes.lanes import honest_shares
 from gpsec.outcomes.recorder import Outcomes
 from gpsec.outcomes.state import OutcomeState
 from gpsec.outcomes.steps import StepLog
 from gpsec.outcomes.study import Study
-from gpsec.outcomes.tables import STEP_LOG
+from gpsec.outcomes.tables import STEP_LOG, TRACES
 from gpsec.outcomes.view import StepView
 from gpsec.pipeline.build import (
     Ground,
@@ -207,16 +208,16 @@ class _Run:
             session.step_s,
             scenario.fleet.association,
         )
-        self.outcomes = Outcomes(study, ground.hd_map.roads(np.zeros(1, np.int32)), ground.hd_map.lane_ids)
+        # A log of all steps holds them too, and in closed loop nobody has a twin that shows what was before.
+        traces = None if scenario.log_steps or scenario.closed_loop.world is not None else KeptTraces(study)
+        hd_map = ground.hd_map
+        self.outcomes = Outcomes(study, hd_map.roads(np.zeros(1, np.int32)), hd_map.lane_ids, traces)
         self.onlooker = onlooker
         if onlooker is not None:
             onlooker.begin(self.outcomes.study)
         self.log = None
         if scenario.log_steps or scenario.log_vehicles:
-            path = folder / STEP_LOG
-            hd_map = ground.hd_map
-            log = StepLog(path, names, detection.names, defences, hd_map.lane_ids, hd_map.projector)
-            self.log = stack.enter_context(log)
+            self.log = stack.enter_context(self._step_log(STEP_LOG))
         self.method = method
         targets = target_columns(detection, plans)
         settings = loop_settings(scenario, ground, session.step_s, shared, targets)
@@ -275,6 +276,9 @@ class _Run:
         for note in (*self._what_did_not_happen(), *self.remarks.sentences(self.counts, self.outcomes)):
             self._say(note, "writing tables")
         self.watch.start()
+        if self.outcomes.traces is not None:
+            with self._step_log(TRACES) as traces:
+                self.outcomes.write_traces(traces)
         settings = scenario.outcomes
         self.outcomes.write(
             self.folder,
@@ -308,6 +312,12 @@ class _Run:
             self.watch.stages_s,
             self.notes,
             session.warnings,
+        )
+
+    def _step_log(self, name: str) -> StepLog:
+        hd_map, study = self.ground.hd_map, self.outcomes.study
+        return StepLog(
+            self.folder / name, study.plans, study.detectors, study.defences, hd_map.lane_ids, hd_map.projector
         )
 
     def _say(self, note: str, stage: str = "loading the net") -> None:

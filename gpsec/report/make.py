@@ -16,7 +16,7 @@ from gpsec.report.impact import impact_tables
 from gpsec.report.lanes import association_tables
 from gpsec.report.map import map_figure
 from gpsec.report.page import render, write_page
-from gpsec.report.stories import Story, choose_stories
+from gpsec.report.stories import Known, Story, choose_stories
 from gpsec.report.tables import detection_tables, localization_tables, safety_tables
 from gpsec.report.terminal import facts
 from gpsec.report.traces import trace_figures
@@ -33,9 +33,9 @@ def write_report(
 ) -> Path:
     """Write the report of a run into its folder, or to `path`, and return where it is.
 
-    `steps` holds the steps of the chosen vehicles of each scenario; without it, those that the run has logged are
-    taken. False alarms a day are those of a fleet that drives `fleet_hours` in one. A run in closed loop has a page of
-    its own, which needs neither.
+    `steps` holds the steps of the chosen vehicles of each scenario; without it, those that the run has kept or logged
+    are taken. False alarms a day are those of a fleet that drives `fleet_hours` in one. A run in closed loop has a page
+    of its own, which needs neither.
     """
     target = path or run.folder / REPORT
     if run.worlds:
@@ -43,8 +43,8 @@ def write_report(
     over = run.over_seeds()
     looked_at = [run] if over is None else [over, run]
     ranked = [each.rankings() for each in looked_at]
-    stories = choose_stories(run, ranked[-1])
-    known = logged_steps(run, stories) if steps is None else steps
+    stories = choose_stories(run, ranked[-1], traced(run) if steps is None else None)
+    known = known_steps(run, stories) if steps is None else steps
     judged = [ranking for each in ranked for ranking in each]
     figures = all_figures(run) | {"map": map_figure(run)} | trace_figures(run, stories, known)
     figures["decision"] = decision_figure(looked_at[0], judged, fleet_hours)
@@ -118,9 +118,32 @@ def write_trace(run: Results, story: Story, steps: Steps, path: Path) -> Path:
     return path
 
 
+def traced(run: Results) -> Known:
+    """Return of which vehicles under which attacks the run has kept traces, where it has not logged all steps."""
+    traces = {stated["scenario"]: run.traces(stated["scenario"]) for stated in run.scenarios}
+    return {
+        name: frozenset(zip(rows["vehicle_id"], rows["plan"], strict=True))
+        for name, rows in traces.items()
+        if rows is not None
+    }
+
+
+def known_steps(run: Results, stories: list[Story]) -> dict[str, pd.DataFrame | None]:
+    """Return the steps of the vehicles of `stories` that the run has kept or logged, None where it has neither."""
+    found = {}
+    for name, vehicles in _vehicles_of(stories).items():
+        traces = run.traces(name, vehicles)
+        found[name] = run.steps(name, vehicles) if traces is None else traces
+    return found
+
+
 def logged_steps(run: Results, stories: list[Story]) -> dict[str, pd.DataFrame | None]:
     """Return the logged steps of the vehicles of `stories`, None for scenarios without a log."""
+    return {name: run.steps(name, vehicles) for name, vehicles in _vehicles_of(stories).items()}
+
+
+def _vehicles_of(stories: list[Story]) -> dict[str, list[str]]:
     wanted: dict[str, list[str]] = {}
     for story in stories:
         wanted.setdefault(story.scenario, []).append(story.vehicle_id)
-    return {scenario: run.steps(scenario, vehicles) for scenario, vehicles in wanted.items()}
+    return wanted

@@ -1,6 +1,6 @@
 """Chooses the vehicles that a report traces."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Any
@@ -48,11 +48,16 @@ class Story:
         return f"{self.why + ': ' if self.why else ''}{self.vehicle_id}, {what}"
 
 
-def choose_stories(run: Results, ranked: Sequence[Ranking] | None = None) -> list[Story]:
+# Scenario -> (vehicle, attack) whose steps are known; scenarios in which those of all are known are not in it.
+Known = Mapping[str, frozenset[tuple[str, str]]]
+
+
+def choose_stories(run: Results, ranked: Sequence[Ranking] | None = None, known: Known | None = None) -> list[Story]:
     """Return three vehicles of each scenario and profile: the worst, the median and the first missed one.
 
     All are judged by the largest error across the lane, under the first of the best defences of `ranked`, the rankings
-    of the run; under none where nothing is judged.
+    of the run; under none where nothing is judged. Where steps are not `known` of one of them, the nearest of those of
+    which they are is taken, and its reason says so.
     """
     rankings = run.rankings() if ranked is None else ranked
     best = {(each.scenario, each.profile): each.best[0] for each in rankings if each.best}
@@ -62,14 +67,22 @@ def choose_stories(run: Results, ranked: Sequence[Ranking] | None = None) -> lis
         defence = best.get((scenario, profile), UNDEFENDED)
         rows = all_rows[all_rows["defence"] == defence]
         by_error = rows.dropna(subset=["max_cross_track_m"]).sort_values(["max_cross_track_m", "vehicle_id", "attack"])
-        middle = max(len(by_error) - 1, 0) // 2
-        picks = {"worst": by_error.tail(1), "median": by_error.iloc[middle : middle + 1]}
+        picks = {"worst": (by_error, len(by_error) - 1), "median": (by_error, (len(by_error) - 1) // 2)}
         if defence.partition("+")[0] not in BOUNDS:
-            missed = rows[~rows["detected"]].sort_values(["start_s", "vehicle_id"])
-            picks["first missed"] = missed.head(1)
-        for why, found in picks.items():
-            stories += [_story(run, row, why) for row in found.to_dict("records")]
+            picks["first missed"] = rows[~rows["detected"]].sort_values(["start_s", "vehicle_id"]), 0
+        for why, (ordered, wanted) in picks.items():
+            found = _nearest(ordered, wanted, None if known is None else known.get(scenario))
+            if found is not None:
+                rank = "" if found == wanted else f" of those kept (rank {found + 1} of {len(ordered)})"
+                stories.append(_story(run, ordered.iloc[found].to_dict(), why + rank))
     return stories
+
+
+def _nearest(ordered: pd.DataFrame, wanted: int, known: frozenset[tuple[str, str]] | None) -> int | None:
+    """Return the place next to the `wanted` one whose steps are known; None where there is none."""
+    names = zip(ordered["vehicle_id"].astype(str), ordered["attack"].astype(str), strict=True)
+    places = [place for place, name in enumerate(names) if known is None or name in known]
+    return min(places, key=lambda place: abs(place - wanted), default=None)
 
 
 def worst_stories(run: Results, scenario: str | None = None, most: int = 5) -> list[Story]:

@@ -7,23 +7,22 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from gpsec.outcomes.samples import AFTER_S, BEFORE_S
 from gpsec.report.figure_data import Figure, Series, colours
 from gpsec.report.figures import defences_of, detectors_of
 from gpsec.report.stories import Story
 from gpsec.running.results import Results
 from gpsec.types.constants import UNDEFENDED
 
-# What is shown of a journey before and after the attack.
-BEFORE_S, AFTER_S = 10.0, 20.0
 # A sample is drawn until the next one: cameras and detectors have none in every short step.
 _HELD_S = 0.2
 # Points of a line; more of them cannot be seen, and weigh.
 _MOST_POINTS = 400
 
-NOT_LOGGED = (
-    "The steps of these vehicles were not logged. `gpsec report RUN --again` runs SUMO once more on the scenario that"
-    " the run names, and draws them; `gpsec trace RUN VEHICLE` does it for any vehicle, and `gpsec run --log-steps`"
-    " keeps all steps."
+NOT_KEPT = (
+    "The run has kept no steps of a vehicle here: nobody was attacked, or it is of an older version."
+    " `gpsec report RUN --again` runs SUMO once more on the scenario that the run names, and draws them;"
+    " `gpsec trace RUN VEHICLE` does it for any vehicle."
 )
 
 
@@ -79,17 +78,17 @@ def trace_figures(
             seconds,
             "left of the lane's centre (m)",
             parts["offsets"],
-            NOT_LOGGED,
+            NOT_KEPT,
             "What the camera sees, what the map gives for the GNSS position, and the truth. Gaps: no fix, no marking.",
         ),
-        Figure("trace_residual", "Residual", seconds, "camera − map (m)", parts["residual"], NOT_LOGGED),
+        Figure("trace_residual", "Residual", seconds, "camera − map (m)", parts["residual"], NOT_KEPT),
         Figure(
             "trace_statistics",
             "Statistics of the detectors",
             seconds,
             "statistic / threshold",
             parts["statistics"],
-            NOT_LOGGED,
+            NOT_KEPT,
             "Each over its own threshold: above 1 it is an alarm. Values under 0.01 are drawn there.",
             {"yaxis": {"type": "log", "dtick": 1}},
         ),
@@ -99,7 +98,7 @@ def trace_figures(
             "east (m)",
             "north (m)",
             parts["path"],
-            NOT_LOGGED,
+            NOT_KEPT,
             "From ten seconds before the attack to twenty after it; metres from where it began. Click names to hide"
             " them.",
             {"yaxis": {"scaleanchor": "x"}},

@@ -19,7 +19,10 @@ _TABLES = (
 _AS_PARQUET = ("events.parquet", "vehicles.parquet", "places.parquet")
 _WRITTEN_BY_RUNS = (MANIFEST, REPORT, *(f"{table}.csv" for table in _TABLES), *_AS_PARQUET)
 # What each scenario has one of, under a name of its own where a run has several.
-_ONE_EACH = ("steps.parquet", "steps-*.parquet", "map.geojson", "map-*.geojson", "gnss.tape.npz", "gnss.tape-*.npz")
+_ONE_EACH = (
+    *("steps.parquet", "steps-*.parquet", "traces.parquet", "traces-*.parquet", "map.geojson", "map-*.geojson"),
+    *("gnss.tape.npz", "gnss.tape-*.npz"),
+)
 # What other commands made of a run goes with it.
 _MADE_OF_RUNS = ("comparison.html", "places.geojson", "trace-*.html", "log.html", "*.spreadsheet.csv")
 

@@ -21,7 +21,7 @@ from gpsec.outcomes.reading import bootstrap_of
 from gpsec.outcomes.seeds import POOLED
 from gpsec.outcomes.stated import check_stated
 from gpsec.outcomes.steps import read_steps
-from gpsec.outcomes.tables import LARGE_TABLES, MAP, POOLED_PREFIX, STEP_LOG, TABLES, whole
+from gpsec.outcomes.tables import LARGE_TABLES, MAP, POOLED_PREFIX, STEP_LOG, TABLES, TRACES, whole
 from gpsec.outcomes.world_columns import read_worlds
 from gpsec.running.workshop import settle
 from gpsec.types.constants import MANIFEST
@@ -167,7 +167,7 @@ class Results:
         raise GpsecError(f"{self.folder}: no scenario '{shown(scenario)}' in this run (there are: {shown(names)})")
 
     def file_of(self, scenario: str, name: str) -> Path:
-        """Return the path of a file that every scenario has one of (`STEP_LOG`, `MAP`); it need not be there."""
+        """Return where a scenario has its `STEP_LOG`, `TRACES` or `MAP`; the file need not be there."""
         file = Path(name)
         alone = len(self.scenarios) == 1
         return self.folder / (name if alone else f"{file.stem}-{scenario}{file.suffix}")
@@ -178,7 +178,19 @@ class Results:
         Raises:
             GpsecError: the file is not the one that the run has written.
         """
-        path = self.file_of(scenario, STEP_LOG)
+        return self._rows_of(self.file_of(scenario, STEP_LOG), vehicles)
+
+    def traces(self, scenario: str, vehicles: list[str] | None = None) -> pd.DataFrame | None:
+        """Return the traces that the run has kept, of all or some of its vehicles, in the columns of the step log.
+
+        None where there are none: the steps of all were logged, or nobody has any in closed loop.
+
+        Raises:
+            GpsecError: the file is not the one that the run has written.
+        """
+        return self._rows_of(self.file_of(scenario, TRACES), vehicles)
+
+    def _rows_of(self, path: Path, vehicles: list[str] | None) -> pd.DataFrame | None:
         if not path.is_file():
             return None
         if path.name in self.changed:

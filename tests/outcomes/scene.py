@@ -7,6 +7,7 @@ import numpy as np
 from gpsec.core.tables import Table
 from gpsec.core.threads import Threads
 from gpsec.hdmap.arrays import LaneSides
+from gpsec.outcomes.kept_traces import KeptTraces
 from gpsec.outcomes.recorder import Outcomes
 from gpsec.outcomes.study import Study
 from gpsec.outcomes.view import StepView
@@ -38,7 +39,7 @@ def lane_sides(
 class Scene:
     """M vehicles on one lane towards east, each with a track (row = vehicle row) under plan 0."""
 
-    def __init__(self, capacity=4, sides=None, step_s=0.1, lane_ids=("e_0",), **names):
+    def __init__(self, capacity=4, sides=None, step_s=0.1, lane_ids=("e_0",), *, traced=False, **names):
         names = {
             "plan_names": PLANS,
             "detector_names": DETECTORS,
@@ -58,7 +59,8 @@ class Scene:
             step_s,
         )
         roads = straight_road().roads(np.zeros(1, np.int32))
-        self.outcomes = Outcomes(study, roads._replace(sides=sides or lane_sides()), lane_ids)
+        traces = KeptTraces(study) if traced else None
+        self.outcomes = Outcomes(study, roads._replace(sides=sides or lane_sides()), lane_ids, traces)
         self.outcomes.table.grow(capacity)
         self.step_s = step_s
         self._tracks = Table(Tracks, capacity)
@@ -99,7 +101,8 @@ class Scene:
         """Begin an attack: a track of the vehicle of `source` under `plan`, in the row `target`."""
         pair = np.array([source]), np.array([target])
         self._tracks.copy(*pair)
-        self.outcomes.table.copy(*pair)
+        for table in self.outcomes.tables():
+            table.copy(*pair)
         self.tracks.plan[target] = plan
         self.tracks.attacked[target] = True
         self.tracks.start_step[target] = step

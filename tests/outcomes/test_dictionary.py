@@ -46,5 +46,11 @@ def test_every_outcome_and_file_is_explained():
     text = README.read_text("utf-8")
     for outcome in OUTCOMES:
         assert f"\n| `{outcome}` | over " in text
-    for name in [*(f"{table}.csv" for table in TABLES), "steps.parquet", "map.geojson", "manifest.json"]:
+    for name in [
+        *(f"{table}.csv" for table in TABLES),
+        "steps.parquet",
+        "traces.parquet",
+        "map.geojson",
+        "manifest.json",
+    ]:
         assert f"\n| `{name}` | " in text
