@@ -78,6 +78,10 @@ def run(
     only_zones: Annotated[
         bool, typer.Option("--only-zones", help="Only attacks at a place: drawn zones, and those of --spoofer.")
     ] = False,
+    worst: Annotated[
+        Path | None,
+        typer.Option("--worst", metavar="DIR", help="Add the worst plan of a `gpsec search`, as the plan `worst`."),
+    ] = None,
     rates: Annotated[
         str | None,
         typer.Option("--rates", metavar="R,R", help="Every defence at each of these false-alarm rates: 1/h,0.1/h."),
@@ -114,6 +118,7 @@ def run(
       gpsec run scenarios/town --seeds 1-10 --jobs 2
       gpsec run scenarios/town --spoofer 10.5272,52.2642,60 --only-zones
       gpsec run scenarios/town --rates 1/h,0.1/h,1e-3/sample
+      gpsec run scenarios/town --worst results/search-town --seeds 11-15
       gpsec run scenarios/town --closed-loop --seeds 1-10 --set closed_loop.on_alarm=stop
       gpsec run scenarios/town --inject-false-alarms 1,5,25 --seeds 1-10
       gpsec run scenarios/* --out results/all --overwrite
@@ -146,6 +151,8 @@ def run(
     found = _read(scenarios, changes, Outside(tuple(part or ()), allow_code))
     if spoofers or only_zones:
         found = [with_spoofers(one, spoofers or (), only_zones=only_zones) for one in found]
+    if worst is not None:
+        found = _with_worst(found, worst, parse_seeds(seeds) if seeds else ())
     if rates is not None:
         found = [_with_rates(one, rates.split(",")) for one in found]
     if inject_false_alarms is not None:
@@ -179,6 +186,13 @@ def _with_false_alarms(scenario: "Scenario", rates_per_h: Sequence[float]) -> "S
     from gpsec.scenario.worlds import with_false_alarms
 
     return with_false_alarms(scenario, rates_per_h)
+
+
+def _with_worst(scenarios: "Sequence[Scenario]", folder: Path, seeds: Sequence[int]) -> "list[Scenario]":
+    from gpsec.running.worst import read_worst
+
+    found = read_worst(folder)
+    return [found.into(scenario, seeds or [scenario.seed]) for scenario in scenarios]
 
 
 def _with_rates(scenario: "Scenario", rates: Sequence[str]) -> "Scenario":

@@ -35,7 +35,7 @@ SAMPLERS = ("tpe", "random")
 Trial = dict[str, Any]
 _TRAFFIC = "traffic"
 # Seeds of SUMO that are held out lie so far from that of the search.
-_AWAY = 1000
+AWAY = 1000
 
 
 @dataclass(frozen=True)
@@ -240,7 +240,7 @@ def _judged(search: WorstCase, stage: Stage, trials: Sequence[Trial], report: Re
             name, seed = f"{where} {number}", search.scenario.seed + number
             other = stage
             if where == "other traffic":
-                seed += _AWAY
+                seed += AWAY
                 other = Stage(search.scenario.model_copy(update={"seed": seed}))
             events = _events(search, other, seed, list(plans.values()), _telling(report, name))
             parts.append(events.assign(run=number))

@@ -11,7 +11,13 @@ from gpsec.outcomes.metrics import percentile_interval, ratio
 from gpsec.outcomes.state import OUTCOMES
 from gpsec.types.constants import UNDEFENDED
 
-OBJECTIVES = ("out_of_lane", "line_touched", "undetected")
+# Each with the column of a judged plan that says it.
+JUDGED_BY = {
+    "out_of_lane": "out_of_lane_caused_share",
+    "line_touched": "line_touched_caused_share",
+    "undetected": "max_undetected_deviation_median_m",
+}
+OBJECTIVES = tuple(JUDGED_BY)
 # What tells plans of one score apart: the mean of their largest errors across, in metres.
 _TIE_PER_M, _MOST_M = 1e-3, 10.0
 _REPLICATES = 1000
