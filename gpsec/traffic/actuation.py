@@ -20,7 +20,7 @@ import numpy as np
 from gpsec.core.arrays import Floats, Ints
 from gpsec.core.tables import Table
 from gpsec.traffic.commands import Commands
-from gpsec.traffic.path_changes import has_room, wanted_side
+from gpsec.traffic.path_changes import has_room, is_late, take_another_way, wanted_side
 from gpsec.traffic.shadows import Held, Orders, Placed, TakenOver, move_shadows, settle_shadows, take_orders
 from gpsec.traffic.sumo_lanes import SumoLanes
 
@@ -159,6 +159,8 @@ class Actuation:
         if to < 0:
             return _LOOK_S
         if not has_room(name, side):
+            if is_late(name, float(lanes.length_m[path] - held.position_m[row])):
+                take_another_way(name, self.lanes.ids[path])
             return _LOOK_FOR_ROOM_S
         apart_m = lanes.middle_m[to] - lanes.middle_m[path]
         held.path[row] = to

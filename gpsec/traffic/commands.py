@@ -87,7 +87,7 @@ class Carried:
         teleports: teleports that have begun so far.
         lost_s: seconds that the vehicles of the fleet have lost so far against free driving, as SUMO counts them.
         spent_s: wall-clock seconds spent in carrying out commands so far.
-        stuck: vehicles so far that stood for half a minute without a leader, a red light or a brake.
+        stuck: vehicles so far that stood for no reason, see `gpsec.traffic.delays`.
     """
 
     rows: Ints

@@ -5,6 +5,8 @@ import libsumo
 # Braking that a driver expects of those behind, and the time that they take to begin it.
 _BRAKE_MPS2, _REACTION_S = 4.5, 0.5
 _LEAST_GAP_M = 1.0
+# Who is so near to the end of a lane, and could no longer come to stand comfortably before, does not get over any more.
+_LATE_M, _LATE_S = 20.0, 1.0
 # Bits of getNeighbors: leaders (not followers), and the right side (not the left).
 _LEADERS, _RIGHT = 2, 1
 
@@ -29,6 +31,30 @@ def has_room(vehicle_id: str, side: int) -> bool:
         if gap_m < _needed_m(vehicle.getSpeed(name), own):
             return False
     return True
+
+
+def is_late(vehicle_id: str, ahead_m: float) -> bool:
+    """Return whether a vehicle that has `ahead_m` left of its lane will not get over to the one beside it."""
+    own = libsumo.vehicle.getSpeed(vehicle_id)
+    return bool(ahead_m < _LATE_M + own * _LATE_S + own * own / (2.0 * _BRAKE_MPS2))
+
+
+def take_another_way(vehicle_id: str, path: str) -> None:
+    """Let a vehicle drive on where its path, a lane's id, leads, and from there by the fastest way to where it wants.
+
+    SUMO would let it stand at the end of the lane until somebody let it in, which nobody does. Where no way leads on,
+    or it has stops on its own, it keeps its route.
+    """
+    vehicle, simulation = libsumo.vehicle, libsumo.simulation
+    if vehicle.getStops(vehicle_id, 1):
+        return
+    goal, kind = vehicle.getRoute(vehicle_id)[-1], vehicle.getTypeID(vehicle_id)
+    onwards = sorted({link[0].rpartition("_")[0] for link in libsumo.lane.getLinks(path)})
+    ways = [simulation.findRoute(edge, goal, kind) for edge in onwards]
+    ways = [way for way in ways if way.edges]
+    if ways:
+        fastest = min(ways, key=lambda way: float(way.travelTime))
+        vehicle.setRoute(vehicle_id, [path.rpartition("_")[0], *fastest.edges])
 
 
 def _needed_m(behind_mps: float, ahead_mps: float) -> float:

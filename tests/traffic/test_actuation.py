@@ -132,6 +132,23 @@ def test_a_path_that_does_not_lead_on_goes_over_to_the_lane_that_does(scenario, 
         assert frame.on_road == 0
 
 
+def test_who_cannot_get_over_drives_on_and_takes_another_way(scenario, lane_index):
+    """Only the left lane of A0B0 leads to the left, and a queue stands on it that lets nobody in."""
+    queue = "".join(
+        f'<vehicle id="q{k}" type="car" depart="0" departLane="1" departPos="{-1 - 6 * k}" departSpeed="0" '
+        f'route="left"><stop lane="A0B0_1" endPos="{-1 - 6 * k}" duration="1000"/></vehicle>'
+        for k in range(28)
+    )
+    config = scenario(CAR + LONG + queue + '<vehicle id="v" type="car" depart="1" departLane="0" route="left"/>')
+    with Driven(config, lane_index) as driven:
+        stuck = []
+        for frame in driven.frames(90.0):
+            driven.steer("v")
+            stuck.append(frame.carried.stuck)
+        assert "v" not in driven.row
+        assert stuck[-1] == 0
+
+
 def test_who_stands_does_not_slide_across_the_road(scenario, lane_index):
     """The car goes over to the left lane, to turn left at B0, when it has to brake: it stands between the lanes."""
     config = scenario(CAR + LONG + '<vehicle id="v" type="car" depart="0" departLane="0" route="left"/>')
