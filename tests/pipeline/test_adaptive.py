@@ -12,7 +12,9 @@ from gpsec.attacks.probing import Probed, Question
 from gpsec.core.errors import GpsecError
 from gpsec.pipeline import run as loop
 from gpsec.pipeline.batched import BatchedMethod
-from gpsec.scenario import Scenario
+from gpsec.scenario import Scenario, load_scenario
+from gpsec.scenario.overrides import parse_set
+from gpsec.scenario.worlds import with_worlds
 
 from .conftest import Traffic, with_plans
 
@@ -55,6 +57,21 @@ class Witness:
         self.probed.clear()
 
 
+@pytest.fixture
+def witness(monkeypatch: pytest.MonkeyPatch) -> Witness:
+    """Return who is told of every probe."""
+    found, ask = Witness(), BatchedMethod.probe
+
+    def probe(self: BatchedMethod, number: int, asked: Question, tracks: Any, vehicles: Any, seen: Any, threads: Any):
+        told = ask(self, number, asked, tracks, vehicles, seen, threads)
+        fixes_m = seen.fix_m[tracks.vehicle[asked.rows]][:, np.newaxis] + asked.moved_m
+        found.probed.append((asked, told, fixes_m))
+        return told
+
+    monkeypatch.setattr(BatchedMethod, "probe", probe)
+    return found
+
+
 @pytest.mark.parametrize(
     "target", [[*DETECTORS], ["joint@1e-3/sample"], ["cusum", "lstm_glr@1e-3/sample"]], ids=lambda one: one[0]
 )
@@ -62,26 +79,44 @@ def test_what_an_attacker_is_told_is_what_is_found(
     town: Scenario,
     traffic: Traffic,
     replay: Callable[[Traffic], None],
-    monkeypatch: pytest.MonkeyPatch,
+    witness: Witness,
     tmp_path: Path,
     target: list[str],
 ) -> None:
     """To the last bit, for every registered detector: one alone, several operating points, and all at once."""
     replay(traffic)
-    witness, ask = Witness(), BatchedMethod.probe
-
-    def probe(self: BatchedMethod, number: int, asked: Question, tracks: Any, vehicles: Any, seen: Any, threads: Any):
-        found = ask(self, number, asked, tracks, vehicles, seen, threads)
-        fixes_m = seen.fix_m[tracks.vehicle[asked.rows]][:, np.newaxis] + asked.moved_m
-        witness.probed.append((asked, found, fixes_m))
-        return found
-
-    monkeypatch.setattr(BatchedMethod, "probe", probe)
     plans = {"white": {"attack": "adaptive", "target": target, "junctions": "move", **WHEN}}
     loop.run_scenario(scene(town, plans), tmp_path, lambda progress: None, onlooker=witness)
     assert witness.different == []
     assert witness.compared > 300
     assert witness.moved > 50
+
+
+def test_in_closed_loop_too_and_its_victims_are_displaced_before_any_alarm(
+    repository: Path, witness: Witness, tmp_path: Path
+) -> None:
+    """What the attacker is told of a vehicle that steers by what it believes, and heeds the alarm, is what is found."""
+    sets = [
+        "duration_s=14",
+        "fleet.settle_s=1.0",
+        "fleet.profile=carla",
+        'detection.detectors=["chi_square"]',
+        'defences=[{detector="chi_square",response="ukf"}]',
+        'plans=[{attack="adaptive",target="chi_square",share=0.5,start_after_s=[0.0,1.0],duration_s=[10.0,10.0]}]',
+    ]
+    found = load_scenario(repository / "scenarios" / "slow_curve", [parse_set(text) for text in sets])
+    world = with_worlds(found, [5])[-1]
+    assert world.closed_loop.world is not None
+    assert world.closed_loop.world.defence == "chi_square+ukf"
+    loop.run_scenario(world, tmp_path, lambda progress: None, onlooker=witness)
+    assert witness.different == []
+    assert witness.compared > 300
+    assert witness.moved > 50
+    events = pd.read_csv(tmp_path / "events.csv")
+    steered = events[(events["defence"] == "chi_square+ukf") & (events["attack_seconds"] > 5.0)]
+    assert len(steered) > 2
+    assert steered["detected"].mean() < 0.5
+    assert steered["displaced_max_m"].median() > 0.3  # of a bias of 0.5 m, which every vehicle sees: 0.1
 
 
 def test_other_plans_do_not_notice_it(
