@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 _DIGITS = 4
 Values = Sequence[Any] | NDArray[Any]
 
+# As many colours can be told apart.
+_COLOURS = 6
 # Colour of what is not coloured: the undefended vehicle, the road.
 NEUTRAL = -1
 
@@ -30,6 +32,7 @@ class Series:
         where: the selections under which it is shown, such as ``{"group": "town · carla", "attack": "drift"}``.
         text: of the points.
         mark: Plotly's symbol of points.
+        of: name of the series that it goes with: it is hidden with that, and has no place of its own in the legend.
 
     """
 
@@ -45,6 +48,7 @@ class Series:
     where: Mapping[str, str] = field(default_factory=dict)
     text: Sequence[str] | None = None
     mark: str = ""
+    of: str = ""
 
 
 @dataclass(frozen=True)
@@ -59,6 +63,7 @@ class Figure:
         why_empty: a sentence for choices under which there is no series.
         layout: further settings of Plotly's axes and bars.
         tall: needs more height than width.
+        labelled: lines have their names at their ends, where there is room.
 
     """
 
@@ -71,6 +76,7 @@ class Figure:
     note: str = ""
     layout: Mapping[str, Any] = field(default_factory=dict)
     tall: bool = False
+    labelled: bool = False
 
     @property
     def picks(self) -> dict[str, list[str]]:
@@ -92,6 +98,7 @@ class Figure:
             "whyEmpty": self.why_empty,
             "layout": dict(self.layout),
             "tall": self.tall,
+            "labelled": self.labelled,
             "picks": self.picks,
             "series": [_plain(series) for series in self.series],
         }
@@ -111,8 +118,7 @@ def _plain(series: Series) -> dict[str, Any]:
     plain["where"] = dict(series.where)
     if series.text is not None:
         plain["text"] = list(series.text)
-    if series.mark:
-        plain["mark"] = series.mark
+    plain |= {name: value for name, value in (("mark", series.mark), ("of", series.of)) if value}
     return plain
 
 
@@ -130,8 +136,20 @@ def _column(values: Values) -> list[Any]:
 
 
 def colours(names: Iterable[str], neutral: str = "") -> dict[str, int]:
-    """Return a colour for each name, the same wherever the name appears; `neutral` has none."""
-    return {neutral: NEUTRAL} | {name: i for i, name in enumerate(n for n in dict.fromkeys(names) if n != neutral)}
+    """Return a style for each name, the same wherever the name appears: `styleOf` in ``legend.js`` says what it is.
+
+    Names that begin with the same detector share a colour, as long as there are enough, and differ in dash and mark;
+    `neutral` has none.
+    """
+    found, firsts = {neutral: NEUTRAL}, dict[str, int]()
+    taken = [0] * _COLOURS
+    for name in dict.fromkeys(names):
+        if name == neutral:
+            continue
+        first = firsts.setdefault(name.partition("+")[0].partition("@")[0], len(firsts) % _COLOURS)
+        found[name] = first + _COLOURS * taken[first]
+        taken[first] += 1
+    return found
 
 
 def group_name(scenario: str, profile: str) -> str:

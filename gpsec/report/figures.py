@@ -1,5 +1,9 @@
 """The figures of a report, from the tables of a run."""
 
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
 import numpy as np
 
 from gpsec.outcomes.state import OUTCOMES
@@ -49,6 +53,7 @@ def delays(run: Results) -> Figure:
         "Distribution over attacked vehicles. Where a line ends below 1, the rest was not seen before the attack ended."
         " The detectors of the defences are shown.",
         {"yaxis": {"range": [0, 1.02]}},
+        labelled=True,
     )
 
 
@@ -58,16 +63,27 @@ _NO_CURVE = (
 
 
 def roc(run: Results) -> Figure:
-    """Return ROC curves, with the detectors as they were run."""
+    """Return ROC curves, with the detectors as they were run; the axis of false positives is logarithmic."""
+    rates = np.concatenate([table["false_positive_rate"].to_numpy(np.float64) for table in (run.curves, run.detection)])
+    decade = float(np.floor(np.log10(np.min(rates[rates > 0.0], initial=1e-2))))
+    lowest = 10.0**decade
+    logarithmic = {"type": "log", "dtick": 1, "exponentformat": "power", "range": [decade - 0.1, 0.05]}
     return _curves(
         run,
-        "roc",
-        "Receiver operating characteristic",
-        ("false_positive_rate", "false-positive rate"),
-        ("recall", "true-positive rate"),
-        "Shares of the samples that are not attacked, and that are. Lines: the statistic against any threshold."
-        " Diamonds: the detector as it was run, with its threshold and its hold of alarms, which is why it may lie off"
-        " its line.",
+        Axis("false_positive_rate", "false-positive rate", lowest),
+        Axis("recall", "true-positive rate"),
+        Figure(
+            "roc",
+            "Receiver operating characteristic",
+            "",
+            "",
+            [],
+            _NO_CURVE,
+            "Shares of the samples that are not attacked, and that are. Lines: the statistic against any threshold."
+            " Diamonds: the detector as it was run, with its threshold and its hold of alarms, which is why it may lie"
+            f" off its line. Rates below {lowest:g}, and none at all, are drawn there.",
+            {"xaxis": logarithmic, "yaxis": _SQUARE},
+        ),
     )
 
 
@@ -75,30 +91,80 @@ def precision_recall(run: Results) -> Figure:
     """Return precision-recall curves, with the detectors as they were run."""
     return _curves(
         run,
-        "pr",
-        "Precision and recall",
-        ("recall", "recall"),
-        ("precision", "precision"),
-        "Precision depends on how much of the time is under attack; compare it within a run only."
-        " Diamonds: the detector as it was run.",
+        Axis("recall", "recall"),
+        Axis("precision", "precision"),
+        Figure(
+            "pr",
+            "Precision and recall",
+            "",
+            "",
+            [],
+            _NO_CURVE,
+            "Precision depends on how much of the time is under attack; compare it within a run only."
+            " Diamonds: the detector as it was run.",
+            {"xaxis": _SQUARE, "yaxis": _SQUARE},
+        ),
     )
 
 
-def _curves(run: Results, key: str, title: str, x: tuple[str, str], y: tuple[str, str], note: str) -> Figure:
+_SQUARE = {"range": [-0.02, 1.02]}
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A column of `curves.csv` and `detection.csv` as an axis: its title, and what smaller values are drawn as."""
+
+    column: str
+    title: str
+    lowest: float = 0.0
+
+    def values(self, rows: Mapping[str, Any]) -> Any:
+        """Return what is drawn."""
+        return np.maximum(rows[self.column], self.lowest)
+
+
+def _curves(run: Results, x: Axis, y: Axis, figure: Figure) -> Figure:
     colour = colours(detectors_of(run))
     series = [
-        Series(detector, "line", rows[x[0]], rows[y[0]], colour=colour[detector], where=where)
+        Series(detector, "line", x.values(rows), y.values(rows), colour=colour[detector], where=where)
         for where, detector, rows in grouped(run.curves[run.curves["detector"].isin(colour)], "detector")
     ]
     as_run = run.detection[run.detection["detector"].isin(colour) & (run.detection["n_events"] > 0)]
     for where, detector, rows in grouped(as_run, "detector"):
-        at = rows[x[0]], rows[y[0]]
+        at = x.values(rows), y.values(rows)
         if not np.isnan(at).any():
-            series.append(
-                Series(f"{detector}, as run", "points", *at, colour=colour[detector], where=where, mark="diamond")
-            )
-    square = {"range": [-0.02, 1.02]}
-    return Figure(key, title, x[1], y[1], series, _NO_CURVE, note, {"xaxis": square, "yaxis": square})
+            name = f"{detector}, as run"
+            paint = colour[detector]
+            series.append(Series(name, "points", *at, colour=paint, where=where, mark="diamond", of=detector))
+    return replace(figure, x_title=x.title, y_title=y.title, series=series)
+
+
+# Areas that are nearer to 1 than this are drawn there.
+_NEAREST = 1e-6
+
+
+def area_missing(run: Results) -> Figure:
+    """Return 1 − area under the ROC curve of each detector, on a logarithmic axis."""
+    colour = colours(detectors_of(run))
+    known = run.detection[run.detection["detector"].isin(colour) & run.detection["roc_auc"].notna()]
+    series = []
+    for where, detector, rows in grouped(known, "detector"):
+        missing = 1.0 - rows["roc_auc"]
+        text = [f"{detector}: {value:.2g}" for value in missing]
+        drawn = np.maximum(missing, _NEAREST)
+        names, paint = [detector] * len(drawn), colour[detector]
+        series.append(Series(detector, "points", drawn, names, colour=paint, where=where, text=text, mark="circle"))
+    return Figure(
+        "auc",
+        "What the curves leave: 1 − area under the ROC curve",
+        "1 − area",
+        "",
+        series,
+        _NO_CURVE,
+        "The less, the better; half is a coin. Over all false-positive rates, most of which nobody drives with: read it"
+        f" beside the curves. What is below {_NEAREST:g} is drawn there.",
+        {"xaxis": {"type": "log", "dtick": 1, "exponentformat": "power"}, "yaxis": {"autorange": "reversed"}},
+    )
 
 
 def cost_of_speed(run: Results) -> Figure:
@@ -145,7 +211,8 @@ def error_over_time(run: Results, way: str, title: str) -> Figure:
         low, high = rows[f"{way}_p05_m"], rows[f"{way}_p95_m"]
         # Bands of all would hide each other; that of the undefended vehicle is what the others are compared with.
         chosen = {} if defence == UNDEFENDED else {"band": defence}
-        band = Series(f"{defence}, 90 %", "band", time, middle, low, high, colour=colour[defence], where=where | chosen)
+        name = f"{defence}, 90 %"
+        band = Series(name, "band", time, middle, low, high, colour=colour[defence], where=where | chosen, of=defence)
         series += [band, Series(defence, "line", time, middle, colour=colour[defence], where=where)]
     return Figure(
         f"{way}_error",
@@ -154,9 +221,10 @@ def error_over_time(run: Results, way: str, title: str) -> Figure:
         f"absolute error {title.lower().removeprefix('error ')} (m)",
         series,
         "No vehicle was attacked in this way, so there is no time since an attack began.",
-        "Medians, and the band that 90 % of the vehicles are in, of those still under attack then; towards the right"
-        " they are ever fewer. Click a name to hide it.",
+        "Medians of those still under attack then, who are ever fewer towards the right; bands that 90 % of them are"
+        " in, of the undefended vehicle and of the defence that is chosen. Click a name to hide it.",
         {"yaxis": {"rangemode": "tozero"}, "xaxis": {"rangemode": "tozero"}},
+        labelled=True,
     )
 
 
@@ -204,6 +272,7 @@ def all_figures(run: Results) -> dict[str, Figure]:
         outcome_shares(run),
         delays(run),
         roc(run),
+        area_missing(run),
         precision_recall(run),
         cost_of_speed(run),
         error_over_time(run, "cross_track", "Error across the lane"),

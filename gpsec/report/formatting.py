@@ -22,6 +22,11 @@ def figure(value: float, *, percent: bool = False) -> str:
     return _fixed(value, 0 if size >= 99.5 else 1 if size >= 9.95 else 2)
 
 
+def lacked(area: float) -> str:
+    """Return what an area lacks of 1, with two significant digits; a dash where it is undefined."""
+    return EMPTY if pd.isna(area) else f"{max(1.0 - area, 0.0):.2g}"
+
+
 def _fixed(value: float, digits: int) -> str:
     """Return a number with so many decimals; one that rounds to zero has no sign."""
     text = f"{value:.{digits}f}"

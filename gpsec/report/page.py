@@ -29,7 +29,7 @@ def render(template: str, data: dict[str, Any], **names: Any) -> str:
         .render(
             **names,
             style=_asset("report.css"),
-            script=_asset("report.js"),
+            script=_asset("legend.js") + _asset("report.js"),
             plotly=_plotly(),
             data=packed(json.dumps(data, separators=(",", ":"), allow_nan=False)),
         )

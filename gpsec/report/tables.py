@@ -9,7 +9,7 @@ from gpsec.outcomes.paper import detection_like, localization_like
 from gpsec.outcomes.state import OUTCOMES
 from gpsec.report.figure_data import group_name
 from gpsec.report.figures import defences_of
-from gpsec.report.formatting import EMPTY, Record, figure, interval
+from gpsec.report.formatting import EMPTY, Record, figure, interval, lacked
 from gpsec.running.results import Results
 from gpsec.scenario.choices import BOUNDS
 from gpsec.types.constants import UNDEFENDED
@@ -78,7 +78,7 @@ def detection_tables(run: Results) -> list[ReportTable]:
         lines = []
         for row in rows:
             cells = [_measured(row, name, percent=heading in _PERCENT) for heading, name in _RATES.items()]
-            cells += [TableCell(figure(row["roc_auc"])), TableCell(figure(row["pr_auc"]))]
+            cells += [TableCell(lacked(row["roc_auc"])), TableCell(lacked(row["pr_auc"]))]
             cells += [TableCell(figure(row["matched_recall"])), _measured(row, "false_alarms_per_vehicle_hour")]
             lines.append(TableRow(row["attack"], row["detector"], cells))
             paper = detection_like(str(attacks.get(row["attack"], row["attack"])), detector_at(str(row["detector"])))
@@ -86,7 +86,7 @@ def detection_tables(run: Results) -> list[ReportTable]:
                 published = [paper.precision, paper.recall, paper.f1, paper.delay_s]
                 cells = [*(TableCell(figure(value)) for value in published), *[TableCell("")] * 7]
                 lines.append(TableRow(row["attack"], "the paper's", cells, published=True))
-        headings = ["attack", "detector", *_RATES, "ROC area", "PR area"]
+        headings = ["attack", "detector", *_RATES, "1 − ROC area", "1 − PR area"]
         headings += ["recall at the matched rate", "false alarms per vehicle-hour"]
         caption = (
             "Samples of attacked vehicles. Seen before the line: of the attacks under which an undefended vehicle would"

@@ -107,6 +107,27 @@ def test_data_of_a_figure_can_be_downloaded(page):
     assert {row["attack"] for row in rows} == {"bias", "jamming", EVIL}
 
 
+def test_lines_are_told_apart_and_hidden_by_their_name(page):
+    page.click("#tab-safety")
+    styles = "(key) => document.getElementById(key).querySelector('.canvas').data.map((one) => [one.name, one.visible])"
+    shown = dict(page.evaluate(styles, "cross_track_error"))
+    assert shown["cusum+ukf"] is not False
+    names = page.locator("#cross_track_error .legend button").all_text_contents()
+    assert sorted(name.strip("●■◆▲▼★✚✶") for name in names) == ["cusum+ukf", "never+none"]
+    page.locator("#cross_track_error .legend button", has_text="cusum+ukf").click()
+    shown = dict(page.evaluate(styles, "cross_track_error"))
+    assert shown["cusum+ukf"] is False
+    assert shown["cusum+ukf, 90 %"] is False
+    assert shown["never+none"] is not False
+
+
+def test_the_rate_of_false_positives_is_drawn_by_its_logarithm(page):
+    page.click("#tab-detection")
+    kind = "document.querySelector('#roc .canvas')._fullLayout.xaxis.type"
+    assert page.evaluate(kind) == "log"
+    assert len(drawn(page, "auc")) == 1
+
+
 def test_light_and_dark(page):
     before = page.evaluate("getComputedStyle(document.body).backgroundColor")
     page.click("#theme")
@@ -117,6 +138,11 @@ def test_everything_is_printed(page):
     page.emulate_media(media="print")
     page.evaluate("dispatchEvent(new Event('beforeprint'))")
     assert page.locator(".panel:visible").count() == len(TABS)
+    groups = page.locator("[data-group]").count()
+    assert page.locator("[data-group]:visible").count() == groups > 0
+    page.wait_for_function("document.querySelectorAll('.canvas:not([hidden]) svg.main-svg').length > 10")
+    wide = "[...document.querySelectorAll('.canvas')].every((one) => one.scrollWidth <= document.body.clientWidth)"
+    assert page.evaluate(wide)
     page.evaluate("dispatchEvent(new Event('afterprint'))")
     page.emulate_media(media="screen")
     assert page.locator(".panel:visible").count() == 1

@@ -74,7 +74,7 @@ def test_it_is_small_enough_to_send(text):
 def test_every_figure_has_a_place_and_something_to_say_where_it_is_empty(page, data):
     places = [attrs["id"] for tag, attrs in page.elements if tag == "figure"]
     assert sorted(places) == sorted(data["figures"])
-    assert len(places) == 13
+    assert len(places) == 14
     assert all(figure["whyEmpty"] for figure in data["figures"].values())
 
 

@@ -10,12 +10,9 @@
   element.textContent = library;
   document.head.append(element);
   const data = JSON.parse(text);
-  // Okabe and Ito's colours, which colour-blind people can tell apart; those that are too dark or too light for a
-  // background come last, and lines of the same colour have other dashes.
-  const COLOURS = ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#d55e00", "#56b4e9"];
-  const DASHES = ["solid", "dash", "dot"];
   const state = { group: "", attack: "" };
   const picked = {};
+  const hidden = {}; // figure -> names that a click in its legend has hidden
   const root = document.documentElement;
   const byId = (id) => document.getElementById(id);
   const all = (selector) => [...document.querySelectorAll(selector)];
@@ -23,8 +20,8 @@
   // Plotly takes a few tags in texts; names come from files that anybody may have made.
   const safe = (text) => String(text).replace(/&/g, "&amp;").replace(/</g, "&lt;").replace(/>/g, "&gt;");
   const css = (name) => getComputedStyle(root).getPropertyValue(name).trim();
-  const colour = (number) => (number < 0 ? css("--ink") : COLOURS[number % COLOURS.length]);
-  const dash = (number) => (number < 0 ? "solid" : DASHES[Math.floor(number / COLOURS.length) % DASHES.length]);
+  const style = (number) => styleOf(number, css("--ink"));
+  const colour = (number) => style(number).colour;
   const faded = (hex, alpha) => {
     const value = parseInt(hex.slice(1), 16);
     return `rgba(${value >> 16}, ${(value >> 8) & 255}, ${value & 255}, ${alpha})`;
@@ -50,13 +47,14 @@
     return { type: "data", symmetric: false, array: away(high, 1), arrayminus: away(low, -1), thickness: 1.2, width: 3 };
   }
 
-  function traces(series, group) {
-    const paint = colour(series.colour);
+  function traces(series, group, marked) {
+    const { colour: paint, dash, mark } = style(series.colour);
     const name = safe(series.name);
     const plain = (values) => values.map((value) => (typeof value === "string" ? safe(value) : value));
     const common = { x: plain(series.x), y: plain(series.y), name, legendgroup: name + group };
     const text = series.text && series.text.map(safe);
-    const line = { color: paint, width: 2, dash: dash(series.colour) };
+    const line = { color: paint, width: 2, dash };
+    const lines = marked && series.colour >= 0 ? { mode: "lines+markers", marker: { color: paint, symbol: mark, size: 7, maxdisplayed: 8 } } : { mode: "lines" };
     switch (series.kind) {
       case "band":
         return [
@@ -64,11 +62,11 @@
           { ...common, y: series.high, mode: "lines", line: { width: 0 }, fill: "tonexty", fillcolor: faded(paint, 0.18), hoverinfo: "skip" },
         ];
       case "step":
-        return [{ ...common, mode: "lines", line: { ...line, shape: "hv" } }];
+        return [{ ...common, ...lines, line: { ...line, shape: "hv" } }];
       case "points":
       case "trail":
         return [{ ...common, mode: series.kind === "trail" ? "lines+markers" : "markers", line, text, hovertemplate: text ? "%{text}" : typeof series.y[0] === "string" ? "%{x:.4g}" : "%{x:.4g}, %{y:.4g}",
-          marker: { color: paint, size: markerSize(series), symbol: series.mark || "circle", line: { color: paint, width: 1.5 } },
+          marker: { color: paint, size: markerSize(series), symbol: series.mark || mark, line: { color: paint, width: 1.5 } },
           error_x: errors(series.x, series.xLow, series.xHigh), error_y: errors(series.y, series.low, series.high) }];
       case "bars":
         return [{ ...common, type: "bar", marker: { color: paint }, text, textposition: "none",
@@ -82,7 +80,7 @@
       case "span":
         return [];
       default:
-        return [{ ...common, mode: "lines", line, connectgaps: false }];
+        return [{ ...common, ...lines, line, connectgaps: false }];
     }
   }
 
@@ -96,6 +94,23 @@
       fillcolor: faded(colour(series.colour), 0.12), layer: "below", label: { text: safe(series.name), textposition: "top left", font: { size: 10 } } };
   }
 
+  const isLabelled = (figure, width) => figure.labelled && width >= 480;
+  const isLine = (series) => series.kind === "line" || series.kind === "step";
+
+  // What the legend shows of series: each name once; bands go with their line, and what a detector did as run with it.
+  function entries(shown, marked) {
+    const found = new Map();
+    if (shown.every((series) => series.kind === "points" && typeof series.y[0] === "string")) return []; // the axis names them
+    for (const series of shown) {
+      if (["band", "span", "road"].includes(series.kind) || found.has(series.name) || series.of) continue;
+      const { colour, dash, mark } = style(series.colour);
+      const [line, point] = [isLine(series) || ["trail", "area", "heat"].includes(series.kind), ["points", "trail"].includes(series.kind)];
+      const named = point || (marked && series.colour >= 0 && line) ? series.mark || mark : "";
+      found.set(series.name, { name: series.name, colour: series.kind === "heat" ? `rgba(213, 94, 0, ${0.4 + 0.2 * series.colour})` : colour, dash: line ? dash : "", mark: named });
+    }
+    return [...found.values()];
+  }
+
   function layout(figure, width, spans) {
     const axis = { gridcolor: css("--line"), linecolor: css("--line"), zerolinecolor: css("--line"), automargin: true };
     const given = figure.layout;
@@ -103,9 +118,8 @@
     return {
       paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", barmode: "group", shapes: spans,
       font: { color: css("--ink"), family: getComputedStyle(document.body).fontFamily, size: width < 480 ? 10 : 12 },
-      margin: { l: 50, r: 12, t: 10, b: 44 }, hovermode: figure.key === "map" || figure.key === "trace_path" ? "closest" : undefined,
-      hoverlabel: { namelength: -1 }, showlegend: true,
-      legend: { orientation: "h", y: 1.02, yanchor: "bottom", x: 0, font: { size: width < 480 ? 10 : 11 } },
+      margin: { l: 50, r: isLabelled(figure, width) ? 150 : 12, t: 10, b: 44 }, hovermode: figure.key === "map" || figure.key === "trace_path" ? "closest" : undefined,
+      hoverlabel: { namelength: -1 }, showlegend: false,
       xaxis: { ...axis, title: title(figure.xTitle), ...given.xaxis }, yaxis: { ...axis, title: title(figure.yTitle), ...given.yaxis },
       dragmode: figure.tall ? "pan" : "zoom",
     };
@@ -140,17 +154,24 @@
     const shown = figure.series.filter((series) => shows(series, chosen));
     const canvas = element.querySelector(".canvas");
     const why = element.querySelector(".why");
+    const place = element.querySelector(".legend");
     const empty = shown.every((series) => series.kind === "road" || series.kind === "span");
     const nothing = shown.length === 0 || (empty && figure.key !== "map");
     canvas.hidden = nothing;
     why.hidden = !nothing;
     why.textContent = nothing ? figure.whyEmpty : "";
     element.querySelector(".csv").hidden = figure.series.length === 0;
-    if (nothing) { Plotly.purge(canvas); return Promise.resolve(); }
-    const drawn = shown.flatMap((series, i) => traces(series, i));
+    if (nothing) { Plotly.purge(canvas); place.replaceChildren(); return Promise.resolve(); }
+    const marked = shown.filter((series) => isLine(series) && series.colour >= 0).length > 3;
+    const off = (hidden[figure.key] ||= new Set());
+    const drawn = shown.flatMap((series, i) => traces(series, i, marked).map((trace) => ({ ...trace, visible: !off.has(series.of || series.name) })));
+    const named = entries(shown, marked);
+    legend(place, named, off, () => drawFigure(element));
     const spans = shown.filter((series) => series.kind === "span").map(span);
     const settings = { responsive: true, displaylogo: false, scrollZoom: figure.tall, modeBarButtonsToRemove: ["lasso2d", "select2d"] };
-    return Plotly.react(canvas, drawn, layout(figure, canvas.clientWidth, spans), settings);
+    const width = canvas.clientWidth;
+    const ready = Plotly.react(canvas, drawn, layout(figure, width, spans), settings);
+    return isLabelled(figure, width) ? ready.then(() => labelEnds(canvas, named, safe)) : ready;
   }
 
   const visible = (element) => element.closest("[hidden]") === null;
@@ -233,19 +254,25 @@
     draw();
   });
   dark.addEventListener("change", draw);
-  // Paper is white, and has no tabs.
+  // Paper is white, and has no tabs. What was drawn for another width is drawn anew.
   let former;
+  const wipe = () => all(".canvas").forEach((canvas) => Plotly.purge(canvas));
   addEventListener("beforeprint", () => {
     former = root.dataset.theme;
     root.dataset.theme = "light";
-    document.body.style.width = "44rem"; // figures are drawn for it: a page of A4 or Letter is hardly wider
+    root.dataset.printing = "yes";
+    document.body.style.width = "64rem"; // figures are drawn for it: a landscape page of A4 or Letter is hardly wider
     all(".panel").forEach((panel) => { panel.dataset.was = panel.hidden ? "1" : ""; panel.hidden = false; });
+    wipe();
     draw();
+    all("[data-group]").forEach((section) => { section.hidden = false; }); // tables of all scenarios; figures say theirs
   });
   addEventListener("afterprint", () => {
+    delete root.dataset.printing;
     if (former) root.dataset.theme = former; else delete root.dataset.theme;
     document.body.style.width = "";
     all(".panel").forEach((panel) => { panel.hidden = panel.dataset.was === "1"; });
+    wipe();
     draw();
   });
   for (const box of all(".every")) box.addEventListener("change", draw);
