@@ -1,5 +1,8 @@
 """What an attack does to the traffic: each world less its benign twin of the same seed, `effects.csv`."""
 
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 import pandas as pd
 
@@ -19,16 +22,8 @@ def effects_table(worlds: pd.DataFrame, confidence: float = 0.95) -> pd.DataFram
     Of each of `MEASURES` there are the mean over the benign twins, the mean of the differences of pairs of one seed,
     and the interval of that by bootstrap over the seeds, which is missing where there is one seed only.
     """
-    worlds = with_collision_rates(worlds)
-    twin = (worlds["plan"] == BENIGN_PLAN) & (worlds["false_alarms_per_h"] == 0.0)
-    benign = worlds[twin].set_index(["scenario", "on_alarm", "defence", "seed"])
-    there, rows = {key[:3] for key in benign.index}, []
-    for key, group in worlds[~twin].groupby(WORLD_KEY, sort=False):
-        names = dict(zip(WORLD_KEY, key, strict=True))
-        place = names["scenario"], names["on_alarm"]
-        # Where nobody is steered without an attack, one benign world is the twin of all defences.
-        of = names["defence"] if (*place, names["defence"]) in there else UNDEFENDED
-        twins = benign.reindex([(*place, of, seed) for seed in group["seed"]])
+    rows = []
+    for names, group, twins in with_twins(with_collision_rates(worlds)):
         paired = twins["vehicle_km"].notna().to_numpy()
         row = names | {"seeds": int(paired.sum())}
         for measure in MEASURES:
@@ -40,6 +35,22 @@ def effects_table(worlds: pd.DataFrame, confidence: float = 0.95) -> pd.DataFram
         rows.append(row)
     columns = [f"{before}{measure}{after}" for measure in MEASURES for before, after in _PARTS]
     return pd.DataFrame(rows, columns=[*WORLD_KEY, "seeds", *columns])
+
+
+def with_twins(worlds: pd.DataFrame) -> Iterator[tuple[dict[str, Any], pd.DataFrame, pd.DataFrame]]:
+    """Yield what tells worlds apart but for their seeds, their rows, and those of their twins, empty without one.
+
+    `worlds` are under the names of their scenarios, see `with_collision_rates`.
+    """
+    twin = (worlds["plan"] == BENIGN_PLAN) & (worlds["false_alarms_per_h"] == 0.0)
+    benign = worlds[twin].set_index(["scenario", "on_alarm", "defence", "seed"])
+    there = {key[:3] for key in benign.index}
+    for key, group in worlds[~twin].groupby(WORLD_KEY, sort=False):
+        names = dict(zip(WORLD_KEY, key, strict=True))
+        place = names["scenario"], names["on_alarm"]
+        # Where nobody is steered without an attack, one benign world is the twin of all defences.
+        of = names["defence"] if (*place, names["defence"]) in there else UNDEFENDED
+        yield names, group, benign.reindex([(*place, of, seed) for seed in group["seed"]])
 
 
 def with_collision_rates(worlds: pd.DataFrame) -> pd.DataFrame:
