@@ -27,6 +27,8 @@ from gpsec.types.constants import MODELLED
 MOST_US = 200.0
 """What a detector may cost, in microseconds a track-step."""
 _VEHICLES, _STEPS = 100, 900
+# Steps that may compile, and so many after them that a detector cannot have been slow by chance.
+_WARM, _ENOUGH = 50, 100
 _BEGINS = 200
 _BIAS_SCALES, _ABSURD = 5.0, 1e6
 _T = TypeVar("_T")
@@ -100,24 +102,28 @@ def look(detector: Detector, grid: Grid) -> float:
     """Let a detector look at a grid, and check every answer; return the µs of processor time a track-step.
 
     Raises:
-        GpsecError: it fails, scores nothing, or answers what is no statistic.
+        GpsecError: it fails, scores nothing, answers what is no statistic, or takes longer than `MOST_US`.
     """
     vehicles, steps = len(grid.length), min(len(grid.valid), _STEPS)
     state = guarded(lambda: detector.new_state(vehicles).now, detector.name, "new_state")
     answers = Table(Answers, vehicles, detectors=1, defences=0).now
-    spent_s, looked, scored = 0.0, 0, 0
+    spent_s, timed, looked, scored = 0.0, 0, 0, 0
     for step in range(steps):
         seen = grid.observe(step)
         rows, threshold = seen.rows, np.full(len(seen.rows), np.inf)
         began = process_time()
         guarded(lambda: detector.update(state, seen, threshold, answers, 0), detector.name, "update")  # noqa: B023
-        spent_s += process_time() - began
+        if step >= _WARM:
+            spent_s += process_time() - began
+            timed += len(rows)
+        if step == _WARM + _ENOUGH:
+            check_cost(detector.name, spent_s / max(timed, 1) * 1e6)
         looked += len(rows)
         scored += int(answers.scored[rows, 0].sum())
         check_statistics(detector.name, answers.statistic[rows, 0], step * grid.step_s)
     if not scored:
         raise GpsecError(f"detector '{detector.name}': expected scores of {looked} residuals, found none")
-    return spent_s / max(looked, 1) * 1e6
+    return spent_s / max(timed, 1) * 1e6
 
 
 def check_statistics(name: str, statistic: Any, time_s: float) -> None:

@@ -2,6 +2,7 @@
 
 import signal
 import tempfile
+import time
 from collections.abc import Callable
 from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import dataclass
@@ -16,6 +17,7 @@ from gpsec.core.progress import DONE
 Call = tuple[str, Callable[..., Any], tuple[Any, ...]]
 """Name in the progress, a function of a module, its arguments."""
 
+_LOOK_S = 0.02
 _told: Any = None
 
 
@@ -81,9 +83,7 @@ class Pool:
                 self._drain(queue, 0.0)
             except BaseException:
                 # An interrupt, or a job that failed: the pool would first work through all that is left.
-                pool.shutdown(wait=False, cancel_futures=True)
-                for child in set(active_children()).difference(others):
-                    child.kill()
+                _end(futures, others)
                 raise
         return [future.result() for future in futures]
 
@@ -94,6 +94,17 @@ class Pool:
             return
         self.report(TrainingProgress(*progress))
         self._drain(queue, 0.0)
+
+
+def _end(futures: list[Future[Any]], others: list[Any]) -> None:
+    """Let no call of a pool go on; `others` are the children that are not its own."""
+    for future in futures:
+        future.cancel()
+    # What has been handed out cannot be cancelled, and may be taken by a process that is only being started.
+    while not all(future.done() for future in futures):
+        for child in set(active_children()).difference(others):
+            child.kill()
+        time.sleep(_LOOK_S)
 
 
 def tell_progress(name: str, stage: str, done: int, total: int) -> None:

@@ -1,3 +1,5 @@
+import time
+
 import numpy as np
 import pytest
 from rich.console import Console
@@ -76,6 +78,14 @@ def test_each_result_is_kept_as_soon_as_it_is_there(tmp_path):
     ]
     assert kept == [(0, 3), (1, 7)]
     assert told[-1] == ("sums", "2 of 2 done", 2, 2)
+
+
+@pytest.mark.slow
+def test_a_call_that_fails_ends_those_that_are_left_and_nothing_else_is_said(tmp_path, capfd):
+    pool = Pool(2, tmp_path, lambda progress: None)
+    with pytest.raises(ValueError, match="invalid literal"):
+        pool.run("calls", [("bad", int, ("x",)), *(("long", time.sleep, (600.0,)) for _ in range(4))])
+    assert capfd.readouterr().err == ""
 
 
 @pytest.mark.slow
