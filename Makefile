@@ -8,7 +8,7 @@ FRESH := build/fresh
 SCENARIOS := scenarios/town scenarios/highway scenarios/sharp_turns scenarios/slow_curve
 DETECTORS := chi_square cusum isolation_forest lstm lstm_glr lstm_cusum innovation joint separation
 
-.PHONY: help setup constraints fleet-eval closed-loop bench soak leaderboard paper-tables train calibrate nets docs test test-all fuzz lint check clean
+.PHONY: help setup constraints fleet-eval closed-loop closed-loop-claims bench soak leaderboard paper-tables train calibrate nets docs test test-all fuzz lint check clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
@@ -36,6 +36,16 @@ closed-loop: $(READY) ## let town and highway steer by their estimates, and show
 	$(BIN)/gpsec run scenarios/town scenarios/highway --closed-loop --duration 120 \
 		--set 'closed_loop.worlds=[{plan="stealth"},{plan="stealth",defence="lstm_glr+ukf"}]' \
 		--out results/closed-loop --overwrite
+
+closed-loop-claims: $(READY) ## what claims of the closed loop need, into results/claims; goes on where it stopped
+	$(BIN)/gpsec run scenarios/town scenarios/highway --closed-loop --duration 360 --seeds 1-5 --resume \
+		--set 'closed_loop.worlds=[{}]' --set closed_loop.steer=all --out results/claims/benign
+	$(BIN)/gpsec run scenarios/town scenarios/highway --closed-loop --duration 120 --seeds 1-10 --resume \
+		--set 'closed_loop.worlds=[{plan="stealth"}]' --out results/claims/stealth
+	$(BIN)/gpsec run scenarios/town --inject-false-alarms 1,5,25 --duration 180 --seeds 1-10 --resume \
+		--set fleet.profile=carla --out results/claims/false-alarms
+	$(BIN)/python -m benchmarks.event_rates results/claims/stealth
+	$(BIN)/python -m benchmarks.event_rates results/claims/false-alarms
 
 bench: $(READY) ## measure what it costs, against bare SUMO, into results/bench.json
 	$(BIN)/python -m benchmarks
