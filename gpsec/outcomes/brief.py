@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
+from gpsec.outcomes.concentration import gatherings
 from gpsec.outcomes.paired import named_together
 from gpsec.outcomes.ranking import Ranking, Standing, rankings
 from gpsec.outcomes.reading import bootstrap_of, read_manifests, read_pooled
@@ -20,18 +21,23 @@ _HEADING = "Out of their lane, mean share of the attacks on a vehicle that act a
 def print_brief(out: Path, console: Console) -> None:
     """Print two lines for each scenario and sensor profile of the run in `out`, one where there are many.
 
-    Undefended, the best group of defences, how long before the line they see an attack, and what they cost.
+    Undefended, the best group of defences, how long before the line they see an attack, and what they cost; and the
+    street on which departures gather, where there is one.
     """
-    tables = {name: read_pooled(out, name) for name in ("detection", "safety")} | {"events": read_table(out, "events")}
+    tables = {name: read_pooled(out, name) for name in ("detection", "safety")}
+    tables |= {name: read_table(out, name) for name in ("events", "streets", "places")}
     found = rankings(tables, bootstrap_of(read_manifests(out)[0]))
-    for line in [_HEADING, *_fitting(found, console.width), f"All tables: gpsec show {out} tables"]:
+    streets = [[f"  {one.sentence()}" for one in gatherings(tables, ranking)[:1]] for ranking in found]
+    for line in [_HEADING, *_fitting(found, streets, console.width), f"All tables: gpsec show {out} tables"]:
         console.print(line, markup=False, highlight=False)
 
 
-def _fitting(found: Sequence[Ranking], width: int) -> list[str]:
-    """Return the lines of all, or fewer for each where these are too many."""
-    for lines_of in (_both, _first):
-        lines = [line for ranking in found for line in _filled(lines_of(ranking), width)]
+def _fitting(found: Sequence[Ranking], streets: Sequence[list[str]], width: int) -> list[str]:
+    """Return the lines of all, or fewer for each where these are too many; costs go first, then `streets`."""
+    none: Sequence[list[str]] = [[]] * len(found)
+    for lines_of, further in ((_both, streets), (_first, streets), (_first, none)):
+        told = zip(found, further, strict=True)
+        lines = [line for ranking, street in told for line in _filled([*lines_of(ranking), *street], width)]
         if len(lines) <= MOST_LINES:
             return lines
     return [*lines[: MOST_LINES - 1], "and more: gpsec show"]

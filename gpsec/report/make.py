@@ -22,6 +22,7 @@ from gpsec.report.terminal import facts
 from gpsec.report.traces import trace_figures
 from gpsec.report.verdict import OVERVIEW, verdicts
 from gpsec.report.worlds_page import write_worlds
+from gpsec.report.worst_streets import worst_streets
 from gpsec.running.results import Results
 from gpsec.types.constants import REPORT
 
@@ -67,6 +68,7 @@ def write_report(
         advice=[
             said for each, found in zip(looked_at, ranked, strict=True) for said in advice(each, found, fleet_hours)
         ],
+        streets=worst_streets(run, ranked[-1]),
         decisions=[
             table
             for each, found in zip(looked_at, ranked, strict=True)

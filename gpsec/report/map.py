@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from gpsec.core.geo import Projector
+from gpsec.outcomes.naming import base_name
 from gpsec.outcomes.places import ATTACK_BEGAN, DETECTED, LEFT_LANE
 from gpsec.outcomes.tables import whole
 from gpsec.report.figure_data import Figure, Series, group_name
@@ -119,6 +120,25 @@ class _Frame:
             away = (lon_lat_deg - self.middle) * _DEGREE_M
             away[:, 0] *= math.cos(math.radians(self.middle[1]))
         return np.round(away[:, 0], 1), np.round(away[:, 1], 1)
+
+
+def lines_of_edges(run: Results, scenario: str) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Return the points of the lanes of each edge: (n, 2) as the map shows them, and (n, 2) longitudes and latitudes.
+
+    Of a scenario over several seeds they are those of its first run.
+    """
+    name = next(
+        each["scenario"] for each in run.scenarios if scenario in (each["scenario"], base_name(each["scenario"]))
+    )
+    features = run.map(name)
+    at = _Frame(run.frame(name), _middle(features, run.places[run.places["scenario"] == name])) if features else None
+    lines: dict[str, list[Any]] = {}
+    for feature in features:
+        if feature["properties"]["kind"] == "lane":
+            edge = feature["properties"]["id"].rpartition("_")[0]
+            lines.setdefault(edge, []).extend(feature["geometry"]["coordinates"])
+    degrees = {edge: np.array(points, np.float64) for edge, points in lines.items()}
+    return {edge: (np.stack(at.metres(points), axis=1), points) for edge, points in degrees.items() if at is not None}
 
 
 def _streets(run: Results, scenario: str, lines: Sequence[dict[str, Any]], at: _Frame) -> list[Series]:

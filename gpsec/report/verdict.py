@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import pandas as pd
 
 from gpsec.outcomes.brief import extent
+from gpsec.outcomes.concentration import gatherings
 from gpsec.outcomes.paired import named_together
 from gpsec.outcomes.ranking import Ranking, of_group
-from gpsec.report.concentration import gatherings
 from gpsec.report.figure_data import group_name
 from gpsec.report.figures import defences_of
 from gpsec.report.formatting import EMPTY, Record, figure, interval
@@ -99,7 +99,7 @@ def verdicts(run: Results, ranked: Sequence[Ranking]) -> list[Verdict]:
             Verdict(
                 group_name(ranking.scenario, ranking.profile),
                 [
-                    *(one.sentence() for one in gatherings(run, ranking)),
+                    *(one.sentence() for one in gatherings(run.tables, ranking)),
                     *_sentences(ranking),
                     *_apart(ranking, rows, defences),
                 ],

@@ -17,8 +17,17 @@ from .test_ranking import DEFENCES, fleet, tables
 def said(tmp_path, monkeypatch):
     """Return the lines about the tables of some events."""
 
-    def say(events, width=120):
+    def say(events, width=120, left=()):
         written = tables(events)
+        head = {"scenario": "town", "profile": "carla", "attack": "bias"}
+        undefended = {"defence": "never+none", "vehicle_seconds": 100.0}
+        streets = [{**head, **undefended, "edge": f"e{number}"} for number in range(20)]
+        places = [
+            {**head, "what": "left_lane", "by": "never+none", "vehicle_id": f"v{n}", "edge": e}
+            for n, e in enumerate(left)
+        ]
+        columns = ["scenario", "profile", "attack", "what", "by", "vehicle_id", "edge"]
+        written |= {"streets": pd.DataFrame(streets), "places": pd.DataFrame(places, columns=columns)}
         monkeypatch.setattr(brief, "read_pooled", lambda folder, name: written[name])
         monkeypatch.setattr(brief, "read_table", lambda folder, name: written[name])
         (tmp_path / "manifest.json").write_text(json.dumps({"scenarios": [{"scenario": "town", "seed": 1}]}))
@@ -38,6 +47,16 @@ def test_two_lines_for_a_scenario(said):
     expected = "  alarm before the line: 100 %, by 1.5 s; hourly 0.25 false alarms (in 2.0 h), 0.50 min without GNSS"
     assert lines[2] == expected
     assert lines[3].startswith("All tables: gpsec show ")
+
+
+def test_a_street_that_stands_out_is_named(said):
+    events = fleet(60, {"never+none": 50, "b+ukf": 20})
+    text = " ".join(" ".join(said(events, left=["e7"] * 7 + ["e1", "e2", "e3"])).split())
+    assert (
+        "7 of the 10 vehicles that would have left their lane undefended did so on one street, e7, which has 5.0 %"
+        in text
+    )
+    assert "one street" not in " ".join(said(events, left=["e1", "e2", "e3"]))
 
 
 def test_a_tie_is_called_one(said):

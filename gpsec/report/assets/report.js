@@ -234,6 +234,15 @@
   for (const row of all("tr[data-choose]")) {
     row.addEventListener("click", () => { state.group = row.dataset.choose; byId("group").value = state.group; draw(); });
   }
+  for (const button of all(".goto")) {
+    button.addEventListener("click", () => {
+      const [x, y, reach] = ["x", "y", "reach"].map((name) => Number(button.dataset[name])), around = Math.max(60, 1.5 * reach);
+      const canvas = byId("map").querySelector(".canvas");
+      if (canvas.hidden) return;
+      Plotly.relayout(canvas, { "xaxis.range": [x - around, x + around], "yaxis.range": [y - around, y + around] });
+      canvas.scrollIntoView({ block: "center" });
+    });
+  }
   if (!state.group) state.group = data.groups[0] || "";
   const tabs = all("[role=tab]");
   tabs.forEach((tab, i) => {

@@ -5,9 +5,10 @@ import pytest
 from scipy.stats import binom
 
 from gpsec.outcomes.bootstrap import Bootstrap
+from gpsec.outcomes.concentration import gatherings
 from gpsec.outcomes.ranking import rankings
-from gpsec.report.concentration import gatherings
-from tests.outcomes.test_ranking import fleet, tables
+
+from .test_ranking import fleet, tables
 
 
 class Run:
@@ -32,7 +33,7 @@ class Run:
 
 def found(departures, seconds):
     run = Run(departures, seconds)
-    return gatherings(run, run.ranked[0])
+    return gatherings({"streets": run.streets, "places": run.places}, run.ranked[0])
 
 
 def test_seven_of_ten_on_one_street_of_twenty_stand_out():
@@ -60,6 +61,6 @@ def test_two_vehicles_are_no_place():
 def test_a_vehicle_counts_once_a_street_and_junctions_do_not_count():
     run = Run(["bad"] * 7 + ["e1"], {"bad": 100.0, ":turn": 1e6})
     run.places = pd.concat([run.places, run.places.assign(attack="bias")])
-    (one,) = gatherings(run, run.ranked[0])
+    (one,) = gatherings({"streets": run.streets, "places": run.places}, run.ranked[0])
     assert (one.vehicles, one.of) == (7, 8)
     assert one.exposure_share == pytest.approx(0.05)

@@ -5,9 +5,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 from gpsec.outcomes.places import LEFT_LANE
-from gpsec.outcomes.ranking import Ranking, of_group
-from gpsec.report.formatting import figure
-from gpsec.running.results import Results
+from gpsec.outcomes.ranking import Ranking, Tables, of_group
 from gpsec.types.constants import UNDEFENDED
 
 # A street stands out with so many vehicles, that share of all, and a chance that small over all streets.
@@ -40,24 +38,25 @@ class Gathering:
         with_ = "undefended" if self.defence == UNDEFENDED else f"with {self.defence}"
         return (
             f"{self.vehicles} of the {self.of} vehicles that would have left their lane {with_} did so on one street,"
-            f" {self.edge}, which has {figure(self.exposure_share, percent=True)} of the time driven under and after"
+            f" {self.edge}, which has {100.0 * self.exposure_share:.1f} % of the time driven under and after"
             " attacks."
         )
 
 
-def gatherings(run: Results, ranking: Ranking) -> list[Gathering]:
+def gatherings(tables: Tables, ranking: Ranking) -> list[Gathering]:
     """Return the streets that stand out, undefended and with the first of the best defences.
 
-    The attacks are those that the ranking judges. A vehicle counts once a street, whatever the number of its plans; the
-    chance is that of a binomial draw by exposure, times the number of streets with any (Bonferroni).
+    `tables` holds ``streets`` and ``places``. The attacks are those that the ranking judges. A vehicle counts once a
+    street, whatever the number of its plans; the chance is that of a binomial draw by exposure, times the number of
+    streets with any (Bonferroni).
     """
     if not ranking.best:
         return []
-    streets = of_group(run.streets, ranking.scenario, ranking.profile)
+    streets = of_group(tables["streets"], ranking.scenario, ranking.profile)
     streets = streets[streets["attack"].isin(ranking.attacks) & (streets["defence"] == UNDEFENDED)]
     driven = streets.groupby("edge", observed=True)["vehicle_seconds"].sum()
     driven = driven[~driven.index.astype(str).str.startswith(":")]
-    places = of_group(run.places, ranking.scenario, ranking.profile)
+    places = of_group(tables["places"], ranking.scenario, ranking.profile)
     left = places[(places["what"] == LEFT_LANE) & places["attack"].isin(ranking.attacks)]
     found = (
         _of_defence(left[left["by"] == defence], defence, driven)
