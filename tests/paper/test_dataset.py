@@ -21,8 +21,12 @@ FLEET = {row: Identity(f"car{row}", "car", 0, 0.0, f"car{row}") for row in range
 
 @pytest.fixture
 def steps(tmp_path: Path) -> Path:
-    """Two steps of three vehicles; the last is attacked from the second step on, and has no fix in it."""
-    scene, path = Scene(capacity=4), tmp_path / "test" / "lane-1.parquet"
+    return write_steps(tmp_path / "test" / "lane-1.parquet")
+
+
+def write_steps(path: Path) -> Path:
+    """Write two steps of three vehicles; the last is attacked from the second step on, and has no fix in it."""
+    scene = Scene(capacity=4)
     scene.vehicles.rear_m[:3, 0] = 5000.123456789
     scene.seen.lane_poly[:, 0] = -0.25
     scene.seen.camera_valid[0] = True
@@ -47,6 +51,7 @@ def test_a_row_a_track_and_step(steps: Path) -> None:
     assert table["residual_m"].isna().tolist() == table["fix_east_m"].isna().tolist() == [False] * 6 + [True]
     assert table["camera_offset_m"].dropna().tolist() == [0.25, 0.25]
     assert table["true_east_m"].iloc[0] == 5000.123456789
+    assert write_steps(steps.with_name("again.parquet")).read_bytes() == steps.read_bytes()
 
 
 def test_splits_have_no_network_in_common() -> None:
