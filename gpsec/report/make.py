@@ -125,6 +125,7 @@ def traced(run: Results) -> Known:
     traces = {stated["scenario"]: run.traces(stated["scenario"]) for stated in run.scenarios}
     return {
         name: frozenset(zip(rows["vehicle_id"], rows["plan"], strict=True))
+        - {(who, "none") for who in rows["vehicle_id"]}
         for name, rows in traces.items()
         if rows is not None
     }

@@ -72,6 +72,14 @@ def _see_each_other(run: Results, scenario: Scenario) -> bool:
     return scenario.fleet.camera.source == "image" or any(cameras_by_place(scenario, profiles))
 
 
+def found_from(folder: Path, named: Path) -> Path | None:
+    """Return where a file is that a run in `folder` names: seen from one of the folders that it lies in, else None.
+
+    A run names it as it was given, from where gpsec was started, which mostly is above where the run lies.
+    """
+    return next((place / named for place in folder.resolve().parents if is_file(place / named)), None)
+
+
 def _scenario(run: Results, name: str, vehicles: Collection[str]) -> Scenario:
     """Return the scenario as it was run, up to the time at which the last of the vehicles left."""
     stated = run.manifest(name)
@@ -80,12 +88,14 @@ def _scenario(run: Results, name: str, vehicles: Collection[str]) -> Scenario:
     except ValidationError as error:
         said = error.errors()[0]["msg"].removeprefix("Value error, ")
         raise GpsecError(f"{run.folder}: the configuration of '{shown(name)}' cannot be run here: {said}") from None
-    if not is_file(scenario.sumocfg):
+    named = Path(str(stated["configuration"]["sumocfg"]))
+    traffic = scenario.sumocfg if is_file(scenario.sumocfg) else found_from(run.folder, named)
+    if traffic is None:
         raise GpsecError(
             f"{shown(scenario.sumocfg)}: the traffic of '{shown(name)}' is not there, so that its vehicles cannot be"
             " simulated again; start gpsec where the run was started"
         )
-    changes: dict[str, Any] = {"log_steps": True, "log_vehicles": (), "threads": 1}
+    changes: dict[str, Any] = {"sumocfg": traffic, "log_steps": True, "log_vehicles": (), "threads": 1}
     if _see_each_other(run, scenario):
         changes |= {"log_steps": False, "log_vehicles": tuple(vehicles)}
     journeys = run.vehicles[(run.vehicles["scenario"] == name) & run.vehicles["vehicle_id"].isin(list(vehicles))]

@@ -1,6 +1,7 @@
 """Vehicles that are simulated again do what they did."""
 
 import re
+from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -10,7 +11,7 @@ from gpsec.console import resimulation
 from gpsec.core.errors import GpsecError
 from gpsec.pipeline.run import run_scenario
 from gpsec.report.make import trace_page
-from gpsec.report.resimulate import simulate
+from gpsec.report.resimulate import found_from, simulate
 from gpsec.report.stories import choose_stories, story_of
 from gpsec.running.results import load
 from gpsec.scenario import load_scenario
@@ -169,3 +170,14 @@ def test_a_report_runs_sumo_only_when_asked(tmp_path, monkeypatch, capsys: pytes
     assert [list(wanted) for wanted in asked] == [["lane"]]
     assert "gpsec: no traces: not here" in capsys.readouterr().err
     assert (folder / "report.html").is_file()
+
+
+def test_traffic_is_found_from_any_folder(tmp_path, monkeypatch):
+    (tmp_path / "scenarios" / "lane").mkdir(parents=True)
+    (tmp_path / "scenarios" / "lane" / "lane.sumocfg").touch()
+    run, named = tmp_path / "results" / "lane", Path("scenarios/lane/lane.sumocfg")
+    run.mkdir(parents=True)
+    assert found_from(run, named) == tmp_path.resolve() / named
+    monkeypatch.chdir(run)
+    assert found_from(Path(), named) == tmp_path.resolve() / named
+    assert found_from(run, Path("elsewhere.sumocfg")) is None
