@@ -20,7 +20,7 @@ from gpsec.filters.noise import FilterNoise
 # Filter state: that of the EKF, scale error of the odometer (ratio) and bias of the gyro (rad/s).
 LEARNING_STATES = 7
 SLOW, SLOW_NORTH, SCALE, GYRO_ERROR = 3, 4, 5, 6
-MOUNT = SLOW_NORTH
+MOUNTING = SLOW_NORTH
 
 
 @inline

@@ -15,7 +15,7 @@ from gpsec.core.arrays import Floats
 from gpsec.core.geo import wrap_angle
 from gpsec.core.kernels import inline
 from gpsec.filters.ekf import STATES
-from gpsec.filters.learning import LEARNING_STATES, MOUNT, SLOW, start_learning
+from gpsec.filters.learning import LEARNING_STATES, MOUNTING, SLOW, start_learning
 from gpsec.hdmap.matching import offset_on, view_on
 from gpsec.hdmap.search import TRACKED
 from gpsec.localization.family import Filter
@@ -89,15 +89,16 @@ def correct_considering(
     hy = (P[0, 0] * cross_y - P[0, 1] * cross_x) / det
     common = room.root[0]
     for j in range(LEARNING_STATES):
-        common[j] = P[j, 0] * hx + P[j, 1] * hy + P[j, SLOW] + P[j, MOUNT]
+        common[j] = P[j, 0] * hx + P[j, 1] * hy + P[j, SLOW] + P[j, MOUNTING]
     lanes = world.hd_map.lanes
     extend = world.hd_map.mode == TRACKED
     chord, _ = offset_on(lanes, segment, mean[0], mean[1], mean[2], extend)
     arc, _ = view_on(lanes, segment, mean[0], mean[1], mean[2], extend)
     map_offset, _ = map_variances(world, segment, profile, sight.speed_mps)
-    lasting = P[SLOW, SLOW] + 2.0 * P[SLOW, MOUNT] + P[MOUNT, MOUNT]
-    S = variance + map_offset + 2.0 * (hx * (P[0, SLOW] + P[0, MOUNT]) + hy * (P[1, SLOW] + P[1, MOUNT])) + lasting
-    nu = sight.offset_m - (expected + arc - chord) - mean[SLOW] - mean[MOUNT]
+    lasting = P[SLOW, SLOW] + 2.0 * P[SLOW, MOUNTING] + P[MOUNTING, MOUNTING]
+    together = hx * (P[0, SLOW] + P[0, MOUNTING]) + hy * (P[1, SLOW] + P[1, MOUNTING])
+    S = variance + map_offset + 2.0 * together + lasting
+    nu = sight.offset_m - (expected + arc - chord) - mean[SLOW] - mean[MOUNTING]
     for i in range(2):
         gain = common[i] / S
         mean[i] += gain * nu

@@ -11,7 +11,7 @@ from math import cos, sqrt, tan
 from gpsec.core.arrays import Floats
 from gpsec.core.geo import wrap_angle
 from gpsec.core.kernels import inline
-from gpsec.filters.learning import GYRO_ERROR, MOUNT, SCALE, SLOW, lead
+from gpsec.filters.learning import GYRO_ERROR, MOUNTING, SCALE, SLOW, lead
 from gpsec.filters.noise import FilterNoise
 from gpsec.hdmap.around import gather_around, nearest_of
 from gpsec.hdmap.arrays import Pose
@@ -22,7 +22,7 @@ from gpsec.localization.world import LaneSight, Room, World
 
 ACTIVE, POINTED = 7, 3
 # Where the active states are in the filter state: the POINTED that sigma points are of come first.
-_AT = (0, 1, 2, SCALE, GYRO_ERROR, SLOW, MOUNT)
+_AT = (0, 1, 2, SCALE, GYRO_ERROR, SLOW, MOUNTING)
 _CAMERA = 5
 _CAMERA_MOUNT = 6
 # n + λ, weight of each point but the mean, and weight of the mean in covariances (in means it is 0).
@@ -136,7 +136,7 @@ def correct_by_lane(
             s01 += _WEIGHT * d0 * d1
             s11 += _WEIGHT * d1 * d1
     det = s00 * s11 - s01 * s01
-    nu0 = sight.offset_m - z0 - mean[SLOW] - mean[MOUNT]
+    nu0 = sight.offset_m - z0 - mean[SLOW] - mean[MOUNTING]
     nu1 = sight.slope - z1
     # One column of the root at a time: cross covariance, gain K = C / S, mean + K ν, P - K C.
     for i in range(ACTIVE):

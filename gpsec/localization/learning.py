@@ -11,7 +11,7 @@ from gpsec.filters.ekf import add_along
 from gpsec.filters.learning import (
     GYRO_ERROR,
     LEARNING_STATES,
-    MOUNT,
+    MOUNTING,
     SCALE,
     SLOW,
     SLOW_NORTH,
@@ -24,7 +24,7 @@ from gpsec.filters.noise import LASTING_ERROR_S, FilterNoise
 from gpsec.localization.family import Filter
 
 # From the front to the rear axle of a car of 4.6 m (`gpsec.traffic.body`); the error of longer bodies is smaller.
-AXLE_M = 3.6
+BODY_AXLE_M = 3.6
 
 
 @inline
@@ -47,7 +47,7 @@ def predict_body(
     rate = yaw_rate_rps - mean[GYRO_ERROR]
     turn, distance = rate * step_s, speed_mps * step_s / (1.0 + mean[SCALE])
     course = mean[2] + lead(noise, profile, rate) + 0.5 * turn
-    beside = turn * distance * distance / (12.0 * AXLE_M)
+    beside = turn * distance * distance / (12.0 * BODY_AXLE_M)
     predict_learnt(mean, covariance, noise, profile, speed_mps, yaw_rate_rps, step_s, isolated)
     add_along(covariance, beside * beside * LASTING_ERROR_S / step_s, course + 0.5 * pi)
 
@@ -61,7 +61,7 @@ def _isolate(mean: Floats, covariance: Floats, noise: FilterNoise[Floats], profi
             covariance[axis, i] = 0.0
             covariance[i, axis] = 0.0
     covariance[SLOW, SLOW] = noise.camera_bias_m[profile] ** 2
-    covariance[MOUNT, MOUNT] = noise.camera_mount_m[profile] ** 2
+    covariance[MOUNTING, MOUNTING] = noise.camera_mount_m[profile] ** 2
 
 
 @inline

@@ -7,7 +7,7 @@ from filterpy.kalman import ExtendedKalmanFilter, MerweScaledSigmaPoints, unscen
 
 from gpsec.core.arrays import Floats
 from gpsec.filters.noise import LASTING_ERROR_S, FilterNoise
-from gpsec.localization.learning import AXLE_M
+from gpsec.localization.learning import BODY_AXLE_M
 from gpsec.reference.filters import arc, wrapped
 from gpsec.reference.matching import LaneMatcher
 from gpsec.reference.sight import Sight
@@ -275,7 +275,7 @@ def uneven_turn(
     _, _, yaw, scale, gyro = state.tolist()
     turn = (yaw_rate_rps - gyro) * step_s
     course = yaw + noise.gyro_latency_s * (yaw_rate_rps - gyro) + turn / 2.0
-    beside = turn * (speed_mps * step_s / (1.0 + scale)) ** 2 / (12.0 * AXLE_M)
+    beside = turn * (speed_mps * step_s / (1.0 + scale)) ** 2 / (12.0 * BODY_AXLE_M)
     left = np.array([-sin(course), cos(course)])
     return np.asarray(beside**2 * LASTING_ERROR_S / step_s * np.outer(left, left))
 

@@ -16,7 +16,7 @@ from gpsec.testing.rig import RIG_FIGURES
 
 TABLE = noise_table([RIG_FIGURES])
 STATED_M = 0.1
-S, SLOW, MOUNT = learning.LEARNING_STATES, learning.SLOW, learning.MOUNT
+S, SLOW, MOUNTING = learning.LEARNING_STATES, learning.SLOW, learning.MOUNTING
 
 
 def begin() -> tuple[np.ndarray, np.ndarray]:
@@ -40,7 +40,7 @@ def test_the_camera_corrects_the_position_alone(straight):
     mean, covariance = begin()
     # On a straight lane the offset is y, to which the camera's lasting errors add.
     H = np.zeros((1, S))
-    H[0, [1, SLOW, MOUNT]] = 1.0
+    H[0, [1, SLOW, MOUNTING]] = 1.0
     R = np.array([[lane_ukf.camera_noise(TABLE, 0, STATED_M)[0] ** 2]])
     expected = schmidt_update(mean, covariance, H, np.array([0.5 - 0.2]), R, active=2)
     considered = covariance[2:, 2:].copy()

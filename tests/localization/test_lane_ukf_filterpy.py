@@ -19,7 +19,7 @@ from gpsec.testing.contract import STEP_S
 from gpsec.testing.rig import RIG_FIGURES
 
 # East, north, yaw, scale error of the odometer, gyro bias, slow error and mounting of the camera in a filter's state.
-AT = [0, 1, 2, learning.SCALE, learning.GYRO_ERROR, learning.SLOW, learning.MOUNT]
+AT = [0, 1, 2, learning.SCALE, learning.GYRO_ERROR, learning.SLOW, learning.MOUNTING]
 STATED_M = 0.1
 TABLE = noise_table([RIG_FIGURES])
 RADIUS_M = 50.0
@@ -118,7 +118,7 @@ def test_the_cameras_mounting_stays_and_its_bias_fades():
     f = RIG_FIGURES
     mean, covariance = begin(0.0, 0.0, 0.0)
     covariance[learning.SLOW, learning.SLOW] = 1e-4
-    mount = covariance[learning.MOUNT, learning.MOUNT]
+    mount = covariance[learning.MOUNTING, learning.MOUNTING]
     steps = 1000
     for _ in range(steps):
         LEARNING_EKF.predict(mean, covariance, TABLE, 0, 10.0, 0.0, STEP_S, True)
@@ -126,7 +126,7 @@ def test_the_cameras_mounting_stays_and_its_bias_fades():
     left = f.camera_bias_m**2 * (1.0 - decay**2) + 1e-4 * decay**2
     assert mean[learning.SLOW] == pytest.approx(0.08 * decay, rel=1e-9)
     assert covariance[learning.SLOW, learning.SLOW] == pytest.approx(left, rel=1e-9)
-    assert (mean[learning.MOUNT], covariance[learning.MOUNT, learning.MOUNT]) == (-0.03, mount)
+    assert (mean[learning.MOUNTING], covariance[learning.MOUNTING, learning.MOUNTING]) == (-0.03, mount)
 
 
 def test_what_a_lasting_offset_shows_is_shared_by_its_variance(straight):
