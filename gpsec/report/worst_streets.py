@@ -57,6 +57,8 @@ def worst_streets(run: Results, ranked: Sequence[Ranking]) -> list[Street]:
 def _of_ranking(run: Results, ranking: Ranking) -> list[Street]:
     mine = of_group(run.streets, ranking.scenario, ranking.profile)
     mine = mine[mine["attack"].isin(ranking.attacks)]
+    # Not as categories: where no row is left, codes are bytes, however many streets there are to look up.
+    mine = mine.assign(edge=mine["edge"].astype(object))
     plain = mine[mine["defence"] == UNDEFENDED]
     found = plain.groupby("edge", observed=True)[["departures", "vehicle_seconds"]].sum()
     found = found[found["departures"] > 0]
