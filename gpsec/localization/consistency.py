@@ -37,8 +37,13 @@ class Consistency:
 
     @property
     def consistent(self) -> bool:
-        """Whether the interval holds the expectation, or the mean is within its bounds."""
-        return self.lo <= self.freedom <= self.hi or self.bound_lo <= self.mean <= self.bound_hi
+        """Whether the mean is within its bounds; a mean error, which has none, whether its interval holds 0.
+
+        An interval that holds the expectation is no proof: one vehicle that is lost makes it as wide as one likes.
+        """
+        if self.freedom == 0:
+            return self.lo <= 0.0 <= self.hi
+        return self.bound_lo <= self.mean <= self.bound_hi
 
 
 def nees(error: Floats, covariance: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""Runs honest traffic and compares what the filters say of their errors with their errors.
+"""Runs honest traffic and compares what the filters say of their errors with their errors, while lanes are known.
 
 ``python -m gpsec.pipeline.consistency SCENARIO [PROFILE ...]`` prints a table.
 """
@@ -96,6 +96,8 @@ class _Watching(BatchedMethod):
             chosen = rows[tracks.settled[rows] & (tracks.plan[rows] == (0 if name in TRUSTING else 1))]
             if name in ISOLATED:
                 chosen = chosen[self.answers.isolated[chosen, d] & tracks.attacked[chosen]]
+                # Who holds another lane for its own is lost, and no filter's covariance says so.
+                chosen = chosen[tracks.lane[chosen] == vehicles.camera_lane[tracks.vehicle[chosen]]]
             at = branch[chosen]
             vehicle = tracks.vehicle[chosen]
             # A vehicle is known by its key: its row is another's after it has left.
