@@ -13,7 +13,20 @@ TOLERANCE = 1e-9
 FLOAT32_TOLERANCE = 1e-5
 
 
-@pytest.mark.parametrize("kind", ASSOCIATIONS)
+NETWORKS = ("town", "sharp_turns")
+ALL = [(network, kind) for network in NETWORKS for kind in ASSOCIATIONS]
+# Each of them takes half a minute of processor time; the others are slow tests.
+SAMPLE = [("town", "tracked"), ("town", "nearest"), ("sharp_turns", "tracked"), ("sharp_turns", "oracle")]
+ONE_NETWORK = pytest.mark.parametrize(
+    "drive", ["town", pytest.param("sharp_turns", marks=pytest.mark.slow)], indirect=True
+)
+
+
+@pytest.mark.parametrize(
+    ("drive", "kind"),
+    [pytest.param(*one, marks=() if one in SAMPLE else pytest.mark.slow) for one in ALL],
+    indirect=["drive"],
+)
 def test_both_engines_agree_after_every_step(drive: Drive, kind: str):
     method = SideBySide(drive.associated(kind))
     drive_through(drive.associated(kind), 3, method)
@@ -58,6 +71,7 @@ def test_both_engines_agree_at_a_short_step(short_steps: Drive):
 KNOWING = ["chi_square", "cusum", "isolation_forest", "innovation", "joint", "separation"]
 
 
+@ONE_NETWORK
 def test_both_engines_tell_an_attacker_the_same(drive: Drive):
     method = SideBySide(drive, copies=True)
     attacks = [
@@ -74,6 +88,7 @@ def test_both_engines_tell_an_attacker_the_same(drive: Drive):
         assert min(found.seen[f"{whose} passes"], found.seen[f"{whose} alarm"]) > 50
 
 
+@ONE_NETWORK
 def test_both_engines_tell_an_attacker_the_same_of_the_lstm(drive: Drive):
     method = SideBySide(drive)
     drive_through(drive, 1, method, [{"attack": "adaptive", "target": ["lstm_glr"]}])
