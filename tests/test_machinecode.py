@@ -77,6 +77,34 @@ from gpsec.core.kernels import inline
 def step(value):
     return {factor} * value
 """
+# Two kernels of one name, each with a helper of one name that is too large to dissolve in it.
+TWINS = """
+from functools import cache
+from gpsec.core.kernels import inline, kernel
+
+@cache
+def filling(factor):
+    @inline
+    def step(value):
+LINES
+        return factor * (1.0 + 0.0 * value)
+
+    @kernel
+    def fill(out):
+        for i in range(len(out)):
+            out[i] = step(out[i]) + step(2.0 * i)
+
+    return fill
+""".replace("LINES", "\n".join(f"        value = abs(value - {i}.5) / (1.0 + value * value)" for i in range(1, 60)))
+CALL_TWINS = """
+import json
+import numpy as np
+from plug.twins import filling
+out = [np.zeros(1) for _ in FACTORS]
+for factor, filled in zip(FACTORS, out):
+    filling(factor)(filled)
+print(json.dumps([filled[0] for filled in out]))
+"""
 GPSEC = """
 import json
 import numpy as np
@@ -132,6 +160,15 @@ def test_an_edited_helper_is_compiled_again(place: Place, tmp_path: Path, numba:
     assert place.run(**environment) == [400.0, 0, 1]
     kept = {path.relative_to(tmp_path).parts[0] for path in tmp_path.rglob("*.nbc")}
     assert kept == {"numba" if numba else "cache"}
+
+
+def test_code_of_two_processes_does_not_mingle(place: Place) -> None:
+    """The linker takes one of two symbols of a name, and numba numbers its symbols from one in each process."""
+    (place.folder / "plug" / "twins.py").write_text(TWINS)
+    for factor in (2.0, 3.0):
+        assert place.run(CALL_TWINS.replace("FACTORS", f"[{factor}]")) == [2 * factor]
+    assert place.run(CALL_TWINS.replace("FACTORS", "[2.0, 3.0]")) == [4.0, 6.0]
+    assert place.run(CALL_TWINS.replace("FACTORS", "[3.0, 2.0]")) == [6.0, 4.0]
 
 
 def test_an_edited_helper_of_a_third_package_is_compiled_again(place: Place) -> None:

@@ -22,10 +22,11 @@ import platform
 import re
 import sys
 from collections.abc import Callable, Iterable, Iterator
-from functools import cache, cached_property, update_wrapper
+from functools import cache, cached_property, partial, update_wrapper
 from importlib.metadata import version
 from inspect import getclosurevars, ismodule
 from pathlib import Path
+from secrets import randbits
 from typing import Any, Generic, ParamSpec, TypeVar, cast
 
 import numpy as np
@@ -143,11 +144,17 @@ def _flags(values: Iterable[Any]) -> Iterator[np.ndarray]:
 
 @cache
 def _numba() -> Any:
-    """Return numba, told that a `Compiled` is code of its own."""
+    """Return numba, told that a `Compiled` is code of its own, and to number symbols at random.
+
+    numba numbers the symbols of each process from one. Where kept code of several processes met in another, kernels
+    that were made alike had helpers of one symbol, and the linker gave all of them the first (numba issue 10486).
+    """
     import numba
     from numba.core import event, types
+    from numba.core.bytecode import FunctionIdentity
     from numba.extending import typeof_impl
 
+    FunctionIdentity._unique_ids = iter(partial(randbits, 62), -1)
     typeof_impl.register(Compiled)(lambda function, context: types.Dispatcher(function.part))
     event.register("numba:compile", _compiling())
     return numba
