@@ -7,6 +7,8 @@ import shutil
 from itertools import pairwise
 from pathlib import Path
 
+import matplotlib as mpl
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -33,6 +35,7 @@ def names(run_folder, tmp_path_factory):
         pd.concat([frame, more]).to_csv(folder / f"{table}.csv", index=False)
     script = folder / "analysis.py"
     script.write_text("\n".join(blocks).replace("results/fleet-eval", str(folder)), encoding="utf-8")
+    mpl.use("Agg")
     return runpy.run_path(str(script))
 
 
@@ -99,3 +102,29 @@ def test_streets_have_their_exposure(names):
 
 def test_errors_are_drawn_for_every_defence(names):
     assert {line.get_label() for line in names["axes"].get_lines()} == set(names["growth"].columns)
+
+
+def widths(axes):
+    """Lengths of horizontal bars from the top on."""
+    return [bar.get_width() for bar in axes.patches][::-1]
+
+
+def test_the_other_questions_are_drawn_too(names):
+    assert widths(names["worst_axes"]) == names["worst"]["out_of_lane_share"].tolist()
+    assert [bar.get_height() for bar in names["recall_axes"].patches] == [0.0] * names["ahead"].size
+    later, sooner = names["delay_axes"].get_lines()
+    delays = later.get_xdata() - sooner.get_xdata()
+    assert np.nanmax(delays) == pytest.approx(0.2) == np.nanmin(delays)
+    assert np.isnan(delays).sum() == 4  # of six attacks two are seen
+    (points,) = names["map_axes"].collections
+    assert (points.get_offsets().tolist(), points.get_array().tolist()) == ([[50.0, 50.0]], [0.5])
+    assert 1.0 in widths(names["bought_axes"])
+    assert widths(names["street_axes"]) == names["streets"]["departures_per_hour"].tolist()
+
+
+def test_the_best_defences_are_blue(names):
+    bars = names["ranking_axes"].patches[::-1]
+    shares = {one.defence: one.share for one in names["ranking"].standings.values()}
+    assert [bar.get_width() for bar in bars] == sorted(shares.values())
+    blue = {defence for bar, defence in zip(bars, names["shares"].index, strict=True) if bar.get_facecolor()[2] > 0.5}
+    assert blue == set(names["ranking"].best)
