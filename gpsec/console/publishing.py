@@ -19,7 +19,8 @@ _Runs = Annotated[list[Path], typer.Argument(metavar="RUN...", help="Folders of 
 def table(
     runs: _Runs,
     name: Annotated[
-        str, typer.Option("--name", metavar="NAME", help="table1, detection, localization, outcomes or defences.")
+        str,
+        typer.Option("--name", metavar="NAME", help="table1, detection, matched, localization, outcomes or defences."),
     ] = "defences",
     latex: Annotated[bool, typer.Option("--latex", help="For LaTeX, with the package booktabs.")] = False,
     markdown: Annotated[bool, typer.Option("--markdown", help="As Markdown, which is what it is without.")] = False,
@@ -56,7 +57,8 @@ def table(
 
 def figure_(
     arguments: Annotated[
-        list[str], typer.Argument(metavar="RUN... NAME", help="_Runs, and outcomes, decision, roc, delay or error.")
+        list[str],
+        typer.Argument(metavar="RUN... NAME", help="Folders of runs, and outcomes, decision, roc, delay or error."),
     ],
     pdf: Annotated[
         bool, typer.Option("--pdf", help="As PDF with embedded fonts, which is what it is without.")

@@ -36,10 +36,18 @@ class Gathered:
 
     def caption(self, scenario: str) -> str:
         """Return what a caption has to say of a scenario: seeds, intervals and the version."""
+        drawn = "runs, then of vehicles" if len(self.seeds.get(scenario, ())) > 1 else "vehicles"
+        return f"{self.over(scenario)}; {self.confidence:.0%} intervals, bootstrap of {drawn}; {self.made_by}"
+
+    def over(self, scenario: str) -> str:
+        """Return which seeds there are of a scenario."""
         seeds = self.seeds.get(scenario, ())
-        over = f"{len(seeds)} seeds ({', '.join(map(str, seeds))})" if len(seeds) > 1 else f"seed {seeds[0]}"
-        drawn = "runs, then of vehicles" if len(seeds) > 1 else "vehicles"
-        return f"{over}; {self.confidence:.0%} intervals, bootstrap of {drawn}; gpsec {', '.join(self.versions)}"
+        return f"{len(seeds)} seeds ({', '.join(map(str, seeds))})" if len(seeds) > 1 else f"seed {seeds[0]}"
+
+    @property
+    def made_by(self) -> str:
+        """The versions of gpsec."""
+        return f"gpsec {', '.join(self.versions)}"
 
 
 def taken_together(runs: Sequence[Results]) -> Gathered:

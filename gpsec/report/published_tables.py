@@ -10,7 +10,8 @@ from gpsec.outcomes.paper import TABLE_I
 from gpsec.outcomes.ranking import Ranking
 from gpsec.report.formatting import EMPTY, Record, figure, interval
 from gpsec.report.gathering import Gathered
-from gpsec.report.typesetting import TypesetTable
+from gpsec.report.matched_table import matched_tables
+from gpsec.report.typesetting import TypesetTable, label, ruled
 from gpsec.scenario.choices import BOUNDS
 from gpsec.types.constants import UNDEFENDED
 from gpsec.types.points import detector_at
@@ -28,7 +29,7 @@ def make_tables(name: str, found: Gathered) -> list[TypesetTable]:
         GpsecError: there is none of that name, or the runs have nothing to show in it.
     """
     if name not in TABLES_FOR_PAPERS:
-        raise GpsecError(f"NAME: unknown table '{shown(name)}': {nearest(name, TABLES_FOR_PAPERS)}")
+        raise GpsecError(f"--name: unknown table '{shown(name)}': {nearest(name, TABLES_FOR_PAPERS)}")
     made = [table for table in TABLES_FOR_PAPERS[name](found) if table.rows]
     if not made:
         raise GpsecError(f"table '{name}': expected runs with something to show in it, found none")
@@ -39,10 +40,6 @@ def _groups(table: pd.DataFrame) -> Iterator[tuple[str, str, list[Record]]]:
     for keys, rows in table.groupby(["scenario", "profile"], sort=False):
         scenario, profile = map(str, keys)
         yield scenario, profile, rows.to_dict("records")
-
-
-def _label(name: str, scenario: str, profile: str) -> str:
-    return f"{name}-{scenario}-{profile}".replace("_", "-")
 
 
 def _with_interval(row: Record, name: str, *, percent: bool = False) -> str:
@@ -78,7 +75,7 @@ def _table_one(found: Gathered) -> Iterator[TypesetTable]:
             *(f"{name}, paper" for name in _HEADINGS),
             *(f"{n}, gpsec" for n in _HEADINGS),
         ]
-        yield TypesetTable(_label("table1", scenario, profile), caption, headings, lines)
+        yield TypesetTable(label("table1", scenario, profile), caption, headings, lines)
 
 
 def _detection(found: Gathered) -> Iterator[TypesetTable]:
@@ -98,7 +95,7 @@ def _detection(found: Gathered) -> Iterator[TypesetTable]:
             f"Detection, {scenario}, profile {profile}; n = up to {n} events an attack, {found.caption(scenario)}."
         )
         headings = ["attack", "detector", *_HEADINGS, "seen", "false alarms per vehicle-hour"]
-        yield TypesetTable(_label("detection", scenario, profile), caption, headings, _ruled(lines))
+        yield TypesetTable(label("detection", scenario, profile), caption, headings, ruled(lines))
 
 
 def _outcomes(found: Gathered) -> Iterator[TypesetTable]:
@@ -114,7 +111,7 @@ def _outcomes(found: Gathered) -> Iterator[TypesetTable]:
             f"What attacks would have meant, {scenario}, profile {profile}; n vehicles, {found.caption(scenario)}."
         )
         headings = ["attack", "defence", "n", "line touched", "out of lane", "wrong way", "off the road"]
-        yield TypesetTable(_label("outcomes", scenario, profile), caption, headings, _ruled(lines))
+        yield TypesetTable(label("outcomes", scenario, profile), caption, headings, ruled(lines))
 
 
 def _localization(found: Gathered) -> Iterator[TypesetTable]:
@@ -132,7 +129,7 @@ def _localization(found: Gathered) -> Iterator[TypesetTable]:
         ]
         caption = f"Position error (RMSE), {scenario}, profile {profile}; n vehicles, {found.caption(scenario)}."
         headings = ["attack", "defence", "n", "x (m)", "y (m)", "xy (m)", "across (m)"]
-        yield TypesetTable(_label("localization", scenario, profile), caption, headings, _ruled(lines))
+        yield TypesetTable(label("localization", scenario, profile), caption, headings, ruled(lines))
 
 
 def _defences(found: Gathered) -> Iterator[TypesetTable]:
@@ -156,7 +153,7 @@ def _defences(found: Gathered) -> Iterator[TypesetTable]:
                 ]
             )
         yield TypesetTable(
-            _label("defences", ranking.scenario, ranking.profile), _ranked_caption(ranking, found), _RANKED, lines
+            label("defences", ranking.scenario, ranking.profile), _ranked_caption(ranking, found), _RANKED, lines
         )
 
 
@@ -177,19 +174,10 @@ def _ranked_caption(ranking: Ranking, found: Gathered) -> str:
     )
 
 
-def _ruled(lines: list[list[str]]) -> list[list[str] | None]:
-    """Return rows with a line between attacks."""
-    ruled: list[list[str] | None] = []
-    for place, line in enumerate(lines):
-        if place and line[0] != lines[place - 1][0]:
-            ruled.append(None)
-        ruled.append(line)
-    return ruled
-
-
 TABLES_FOR_PAPERS: Mapping[str, Callable[[Gathered], Iterator[TypesetTable]]] = {
     "table1": _table_one,
     "detection": _detection,
+    "matched": matched_tables,
     "localization": _localization,
     "outcomes": _outcomes,
     "defences": _defences,

@@ -38,6 +38,21 @@ class TypesetTable:
     texts: int = 2
 
 
+def label(name: str, scenario: str, profile: str) -> str:
+    """Return the label of a table of a scenario and profile."""
+    return f"{name}-{scenario}-{profile}".replace("_", "-")
+
+
+def ruled(lines: Sequence[Sequence[str]]) -> list[Sequence[str] | None]:
+    """Return rows with a line wherever the first cell changes."""
+    found: list[Sequence[str] | None] = []
+    for place, line in enumerate(lines):
+        if place and line[0] != lines[place - 1][0]:
+            found.append(None)
+        found.append(line)
+    return found
+
+
 def as_latex(table: TypesetTable) -> str:
     """Return a table as LaTeX for the package booktabs."""
     columns = "l" * table.texts + "r" * (len(table.headings) - table.texts)

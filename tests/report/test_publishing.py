@@ -2,13 +2,17 @@
 
 import re
 import shutil
+from dataclasses import replace
 from xml.etree import ElementTree
 
+import numpy as np
+import pandas as pd
 import pytest
 
 from gpsec.cli import main
 from gpsec.core.errors import GpsecError
 from gpsec.report.gathering import taken_together
+from gpsec.report.matched_table import mean_bounds, recall_at
 from gpsec.report.press import LineLooks
 from gpsec.report.published_figures import FIGURES_FOR_PAPERS
 from gpsec.report.published_tables import TABLES_FOR_PAPERS, make_tables
@@ -51,7 +55,7 @@ def folder(tmp_path_factory):
     return write_run(tmp_path_factory.mktemp("published") / "run")
 
 
-@pytest.mark.parametrize("name", sorted({*TABLES_FOR_PAPERS} - {"table1"}))
+@pytest.mark.parametrize("name", sorted({*TABLES_FOR_PAPERS} - {"table1", "matched"}))
 def test_every_table_says_vehicles_seeds_and_intervals(folder, name):
     for table in make_tables(name, taken_together([load(folder)])):
         assert {len(row) for row in table.rows if row is not None} == {len(table.headings)}
@@ -107,7 +111,7 @@ def test_figures_are_vectors_with_their_fonts(folder, tmp_path, capsys, name, ki
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["table", "RUN", "--name", "table2"], "NAME: unknown table 'table2': did you mean 'table1'?"),
+        (["table", "RUN", "--name", "table2"], "--name: unknown table 'table2': did you mean 'table1'?"),
         (["table", "RUN", "--latex", "--markdown"], "--latex, --markdown: expected one of them"),
         (["figure", "RUN", "roq"], "NAME: unknown figure 'roq': did you mean 'roc'?"),
         (["figure", "RUN"], "expected the folder of a run and the name of a figure"),
@@ -118,3 +122,26 @@ def test_figures_are_vectors_with_their_fonts(folder, tmp_path, capsys, name, ki
 def test_what_cannot_be_meant_is_refused(folder, capsys, arguments, said):
     assert main([str(folder) if word == "RUN" else word for word in arguments]) == 2
     assert said in capsys.readouterr().err
+
+
+POINTS = pd.DataFrame({"false_positive_rate": [0.0, 5e-4, 2e-3, 1.0], "recall": [0.2, 0.5, 0.9, 1.0]})
+
+
+def test_detectors_are_compared_where_they_have_the_same_false_positives():
+    assert [recall_at(POINTS, rate) for rate in (1e-2, 1e-3, 1e-4)] == [0.9, 0.5, 0.2]
+    low, high = mean_bounds([0.4, 0.6], 0.95)  # 12.706 · 0.1 on either side, but no less than none and no more than all
+    assert (low, high) == (0.0, 1.0)
+    assert mean_bounds([0.5, 0.5, 0.53], 0.95) == pytest.approx((0.51 - 0.04303, 0.51 + 0.04303), abs=1e-4)
+    assert np.isnan(mean_bounds([0.5], 0.95)).all()
+
+
+def test_the_matched_table_has_every_seed(folder):
+    found = taken_together([load(folder)])
+    names = {"profile": "dsd", "attack": "bias", "detector": "cusum"}
+    first, second = (POINTS.assign(scenario=f"lane-seed-{seed}", **names) for seed in (1, 2))
+    second.loc[0, "recall"] = 0.4
+    tables = {**found.tables, "curves": pd.concat([first, second])}
+    (table,) = make_tables("matched", replace(found, tables=tables, seeds={"lane": (1, 2)}))
+    (row,) = table.rows
+    assert row == ["bias", "cusum", "0.90 (0.90 – 0.90)", "0.50 (0.50 – 0.50)", "0.30 (0.00 – 1.00)"]
+    assert "over 2 seeds (1, 2); gpsec 0.1.0" in table.caption
