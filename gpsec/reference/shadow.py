@@ -16,7 +16,7 @@ class PlainLane:
         internal: it is within a junction.
         middle_m: from SUMO's right side of the edge to its middle.
         width_m, length_m: of it.
-        has_left, has_right: there is a lane beside it.
+        has_left, has_right: there is a lane beside it; to_right: how many there are to its right.
         points_m: its shape.
     """
 
@@ -27,6 +27,7 @@ class PlainLane:
     length_m: float
     has_left: bool
     has_right: bool
+    to_right: int
     points_m: tuple[tuple[float, float], ...]
 
 
@@ -58,11 +59,13 @@ class PlainShadow:
         self.lane = at
         self.shift_m = _towards(0.0, self.shift_m, min(0.9, sin(radians(15.0)) * max(self.speed_mps, 0.0)) * step_s)
         left_m = at.length_m - self.position_m
-        near = at.internal or left_m < 30.0 or left_m < 3.0 * self.speed_mps
+        wanted_m = self.shift_m + self.wish_m
+        across = -(wanted_m + 0.5 * self.path.width_m) / self.path.width_m  # lanes to the right, from the path's edge
+        beyond = across > (0.0 if self.path.has_left else 1.0)
+        more_m = 40.0 if beyond and self.path.to_right >= (1 if self.path.has_left else 2) else 0.0
+        near = at.internal or left_m < 30.0 + more_m or left_m < 3.0 * self.speed_mps + more_m
         most_m = max(0.5 * self.path.width_m - self.half_width_m, 0.0) if near else 8.0
-        self.shadow_m = _towards(
-            float(np.clip(self.shift_m + self.wish_m, -most_m, most_m)), self.shadow_m, 2.0 * step_s
-        )
+        self.shadow_m = _towards(float(np.clip(wanted_m, -most_m, most_m)), self.shadow_m, 2.0 * step_s)
         put_m = self.shadow_m + self.path.middle_m - at.middle_m
         outwards = not (at.has_left if put_m > 0.0 else at.has_right)
         nudge_m = -0.004 if (put_m > 0.0) is outwards else 0.004

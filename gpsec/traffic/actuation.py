@@ -20,7 +20,7 @@ import numpy as np
 from gpsec.core.arrays import Floats, Ints
 from gpsec.core.tables import Table
 from gpsec.traffic.commands import Commands
-from gpsec.traffic.path_changes import has_room, is_late, take_another_way, wanted_side
+from gpsec.traffic.path_changes import has_room, is_late, take_another_way, wanted_lanes
 from gpsec.traffic.shadows import Held, Orders, Placed, TakenOver, move_shadows, settle_shadows, take_orders
 from gpsec.traffic.sumo_lanes import SumoLanes
 
@@ -154,12 +154,13 @@ class Actuation:
         path = int(held.path[row])
         if lanes.internal[path] or (lanes.left[path] < 0 and lanes.right[path] < 0):
             return _LOOK_S
-        side = wanted_side(name, self.lanes.ids[path])
+        wanted = wanted_lanes(name, self.lanes.ids[path])
+        side = (wanted > 0) - (wanted < 0)
         to = int(lanes.left[path] if side > 0 else lanes.right[path]) if side else -1
         if to < 0:
             return _LOOK_S
         if not has_room(name, side):
-            if is_late(name, float(lanes.length_m[path] - held.position_m[row])):
+            if is_late(name, float(lanes.length_m[path] - held.position_m[row]), wanted):
                 take_another_way(name, self.lanes.ids[path])
             return _LOOK_FOR_ROOM_S
         apart_m = lanes.middle_m[to] - lanes.middle_m[path]

@@ -2,20 +2,23 @@
 
 import libsumo
 
+from gpsec.traffic.shadows import KEPT_FREE_M
+
 # Braking that a driver expects of those behind, and the time that they take to begin it.
 _BRAKE_MPS2, _REACTION_S = 4.5, 0.5
 _LEAST_GAP_M = 1.0
-# Who is so near to the end of a lane, and could no longer come to stand comfortably before, does not get over any more.
+# Who is so near to the end of a lane, or to where SUMO stops it before that, that it could no longer come to stand
+# comfortably before, does not get over any more.
 _LATE_M, _LATE_S = 20.0, 1.0
 # Bits of getNeighbors: leaders (not followers), and the right side (not the left).
 _LEADERS, _RIGHT = 2, 1
 
 
-def wanted_side(vehicle_id: str, path: str) -> int:
-    """Return 1 where the route asks of the path, a lane's id, to go over to SUMO's left, -1 to its right; 0 neither."""
+def wanted_lanes(vehicle_id: str, path: str) -> int:
+    """Return by how many lanes the route asks of the path, a lane's id, to go over to SUMO's left; negative: right."""
     for lane_id, _, _, offset, *_ in libsumo.vehicle.getBestLanes(vehicle_id):
-        if lane_id == path and offset != 0:
-            return 1 if offset > 0 else -1
+        if lane_id == path:
+            return int(offset)
     return 0
 
 
@@ -33,10 +36,11 @@ def has_room(vehicle_id: str, side: int) -> bool:
     return True
 
 
-def is_late(vehicle_id: str, ahead_m: float) -> bool:
-    """Return whether a vehicle that has `ahead_m` left of its lane will not get over to the one beside it."""
+def is_late(vehicle_id: str, ahead_m: float, lanes: int) -> bool:
+    """Return whether a vehicle that has `ahead_m` left of its lane will not get over by `lanes`, see `wanted_lanes`."""
     own = libsumo.vehicle.getSpeed(vehicle_id)
-    return bool(ahead_m < _LATE_M + own * _LATE_S + own * own / (2.0 * _BRAKE_MPS2))
+    kept_free_m = KEPT_FREE_M if lanes > 1 else 0.0
+    return bool(ahead_m < kept_free_m + _LATE_M + own * _LATE_S + own * own / (2.0 * _BRAKE_MPS2))
 
 
 def take_another_way(vehicle_id: str, path: str) -> None:

@@ -18,8 +18,10 @@ from gpsec.traffic.sumo_lanes import LaneArrays
 # who stands does not slide across the road.
 _PATH_MPS, MOST_HEADING_RAD = 0.9, radians(15.0)
 _MOST_SLOPE = sin(MOST_HEADING_RAD)
-# Before a junction the shadow is back on its path from this far on, or from this long.
+# Before a junction the shadow is back on its path from this far on, or from this long. SUMO lets who would have to go
+# over to the left by two lanes or more stand so far before the end of its lane: there the zone begins earlier.
 _ZONE_M, _ZONE_S = 30.0, 3.0
+KEPT_FREE_M = 40.0
 # The shadow moves no faster across the road: the roster takes longer moves for jumps.
 _SHADOW_MPS = 2.0
 # Further from its path no shadow is put.
@@ -151,8 +153,11 @@ def move_shadows(rows: Ints, lane: Ints, lanes: LaneArrays, step_s: float, held:
         held.shift_m[row] -= _bounded(held.shift_m[row], min(_PATH_MPS, _MOST_SLOPE * speed) * step_s)
         slack_m = max(0.5 * lanes.width_m[path] - held.half_width_m[row], 0.0)
         ahead_m = lanes.length_m[at] - held.position_m[row]
-        zone = lanes.internal[at] or ahead_m < max(_ZONE_M, _ZONE_S * speed)
-        wanted_m = _bounded(held.shift_m[row] + held.wish_m[row], slack_m if zone else _REACH_M)
+        wanted_m = held.shift_m[row] + held.wish_m[row]
+        zone_m = max(_ZONE_M, _ZONE_S * speed) + (
+            KEPT_FREE_M if _may_be_two_to_the_right(wanted_m, path, lanes) else 0.0
+        )
+        wanted_m = _bounded(wanted_m, slack_m if lanes.internal[at] or ahead_m < zone_m else _REACH_M)
         held.shadow_m[row] += _bounded(wanted_m - held.shadow_m[row], _SHADOW_MPS * step_s)
         put_m = held.shadow_m[row] + lanes.middle_m[path] - lanes.middle_m[at]
         # SUMO changes the lane of who moves out of it, and moves nobody out of the road.
@@ -182,6 +187,18 @@ def settle_shadows(
 @inline
 def _bounded(value: float, most: float) -> float:
     return min(max(value, -most), most)
+
+
+@inline
+def _may_be_two_to_the_right(wanted_m: float, path: int, lanes: LaneArrays) -> bool:
+    """Return whether a place is in a lane to SUMO's right of the path's, with two lanes or more to its own left."""
+    beside = lanes.right[path]
+    if beside < 0:
+        return False
+    if lanes.left[path] >= 0:
+        return bool(wanted_m < -0.5 * lanes.width_m[path])
+    line_m = lanes.middle_m[beside] - lanes.middle_m[path] - 0.5 * lanes.width_m[beside]
+    return bool(lanes.right[beside] >= 0 and wanted_m < line_m)
 
 
 @inline

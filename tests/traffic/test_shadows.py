@@ -23,7 +23,7 @@ def some_lanes(rng):
             points = np.cumsum(np.stack([np.cos(turn), np.sin(turn)], axis=1) * length / 5.0, axis=0)
             shape = tuple(map(tuple, points.tolist()))
             middle = width * (at + 0.5)
-            lanes.append(PlainLane(edge, edge < 2, middle, width, length, at < count - 1, at > 0, shape))
+            lanes.append(PlainLane(edge, edge < 2, middle, width, length, at < count - 1, at > 0, at, shape))
     return lanes
 
 
