@@ -12,6 +12,7 @@ from gpsec.outcomes.naming import base_name
 from gpsec.outcomes.ranking import Ranking, of_group
 from gpsec.report.deciding import FLEET_HOURS
 from gpsec.report.gathering import Gathered
+from gpsec.report.matched_table import one_point_each
 from gpsec.report.press import LineLooks, Width, printed
 from gpsec.scenario.choices import BOUNDS
 from gpsec.types.constants import UNDEFENDED
@@ -20,6 +21,8 @@ from gpsec.types.points import without_rate
 # Where none has its place on a logarithmic axis of false alarms a day.
 _NONE = 0.1
 _FEWEST_SHARE = 1e-5
+# What is missed at more false positives is of no use to anybody, and would take up most of a logarithmic axis.
+_MOST_RATE = 0.1
 
 
 @dataclass(frozen=True)
@@ -58,10 +61,15 @@ def _rows(found: Gathered, table: str, wanted: Picture, *, attack: bool = True) 
     return rows
 
 
-def _caption(found: Gathered, wanted: Picture, what: str, n: int, *, attack: bool = True) -> str:
-    under = f", under {wanted.attack}" if attack else ""
-    over = found.caption(base_name(wanted.scenario))
-    return f"{what}, {wanted.scenario}, profile {wanted.profile}{under}; n = {n}; {over}."
+def _caption(found: Gathered, wanted: Picture, what: str, n: int) -> str:
+    """Return the caption of a figure of one attack, without intervals."""
+    over = f"{found.over(base_name(wanted.scenario))}; {found.made_by}"
+    return f"{what}, {wanted.scenario}, profile {wanted.profile}, under {wanted.attack}; n = {n}; {over}."
+
+
+def _judged_caption(ranking: Ranking, what: str, over: str) -> str:
+    """Return the caption of a figure of all attacks that are judged together."""
+    return f"{what}, {ranking.scenario}, profile {ranking.profile}; n = {ranking.vehicles} vehicles; {over}."
 
 
 def _ranking(found: Gathered, wanted: Picture) -> Ranking:
@@ -91,11 +99,10 @@ def _outcomes(found: Gathered, wanted: Picture) -> str:
         )
         one.set_yticks(place, [each.defence for each in order])
         one.grid(visible=False, axis="y")
-        one.set_xlabel("share of a vehicle's attacks that put it out of its lane")
+        one.set_xlabel("share of attacks out of lane, mean of vehicles")
         one.set_xlim(left=0.0)
-    return _caption(
-        found, wanted, "Vehicles out of their lane; blue: not told apart from the best", ranking.vehicles, attack=False
-    )
+    what = "Share of a vehicle's attacks that put it out of its lane; blue: not told apart from the best"
+    return _judged_caption(ranking, what, found.caption(base_name(ranking.scenario)))
 
 
 def _decision(found: Gathered, wanted: Picture) -> str:
@@ -114,14 +121,16 @@ def _decision(found: Gathered, wanted: Picture) -> str:
         one.set_xlabel(f"false alarms a day, of a fleet that drives {FLEET_HOURS:g} h")
         one.set_ylabel("share out of lane")
         one.set_ylim(bottom=0.0)
-    return _caption(found, wanted, "What protection costs", ranking.vehicles, attack=False)
+    over = f"{found.over(base_name(ranking.scenario))}; {found.made_by}"
+    return _judged_caption(ranking, "What protection costs", over)
 
 
 def _roc(found: Gathered, wanted: Picture) -> str:
     """Draw what is missed against false positives, both logarithmic; with several seeds, a line for each."""
     rows = _rows(found, "curves", wanted)
-    names = [name for name in rows["detector"].unique() if name not in BOUNDS]
+    names = one_point_each([name for name in rows["detector"].unique() if name not in BOUNDS])
     look = LineLooks(names)
+    used = rows[rows["detector"].isin(names) & (rows["false_positive_rate"] <= _MOST_RATE)]
     with printed(wanted.path, wanted.width) as axes:
         one = axes[0, 0]
         for (_, detector), points in rows.groupby(["scenario", "detector"], sort=False):
@@ -133,6 +142,8 @@ def _roc(found: Gathered, wanted: Picture) -> str:
                 )
         one.set_xscale("log")
         one.set_yscale("log")
+        one.set_xlim(_FEWEST_SHARE, 1.0)
+        one.set_ylim(max(0.5 * (1.0 - used["recall"].max()), _FEWEST_SHARE), 1.0)
         one.set_xlabel("false-positive rate")
         one.set_ylabel("missed share of the samples")
     events = int(_rows(found, "detection", wanted)["n_events"].max())
@@ -157,7 +168,8 @@ def _delay(found: Gathered, wanted: Picture) -> str:
         one.set_ylabel("share seen by then")
         one.set_ylim(0.0, 1.02)
         one.set_xlim(left=0.0)
-    return _caption(found, wanted, "How soon attacks are seen", events["vehicle_id"].nunique())
+    attacked = len(events.drop_duplicates(["scenario", "vehicle_id"]))
+    return _caption(found, wanted, "How soon attacks are seen", attacked)
 
 
 def _error(found: Gathered, wanted: Picture) -> str:

@@ -140,7 +140,7 @@ class Scenario(Section):
             if defence.detector not in (*choices.BOUNDS, *scored):
                 raise ValueError(
                     f"defences: '{shown(defence.name)}' needs a detector that detection.detectors does not list"
-                    f" (listed: {', '.join(scored) or 'none'})"
+                    f" (listed: {', '.join(scored) or 'none'}); list it there, or state `defences` that do without it"
                 )
         return self
 

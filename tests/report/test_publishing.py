@@ -140,8 +140,17 @@ def test_the_matched_table_has_every_seed(folder):
     names = {"profile": "dsd", "attack": "bias", "detector": "cusum"}
     first, second = (POINTS.assign(scenario=f"lane-seed-{seed}", **names) for seed in (1, 2))
     second.loc[0, "recall"] = 0.4
-    tables = {**found.tables, "curves": pd.concat([first, second])}
-    (table,) = make_tables("matched", replace(found, tables=tables, seeds={"lane": (1, 2)}))
+    other_point = first.assign(detector="cusum@1e-3/sample")  # the same curve again
+    vehicles = found.tables["vehicles"].assign(scored_seconds=0.0)
+    vehicles.loc[(vehicles["attack"] == "none").idxmax(), "scored_seconds"] = (
+        5000.0  # 50,000 samples, 5 at the last rate
+    )
+    tables = {**found.tables, "curves": pd.concat([first, second, other_point]), "vehicles": vehicles}
+    gathered = replace(found, tables=tables, seeds={"lane": (1, 2)})
+    (table,) = make_tables("matched", gathered)
     (row,) = table.rows
     assert row == ["bias", "cusum", "0.90 (0.90 – 0.90)", "0.50 (0.50 – 0.50)", "0.30 (0.00 – 1.00)"]
     assert "over 2 seeds (1, 2); gpsec 0.1.0" in table.caption
+    vehicles["scored_seconds"] *= 0.99
+    ((*_, last),) = make_tables("matched", gathered)[0].rows
+    assert last == "–"
