@@ -32,6 +32,8 @@ _MOST_TRIES = 3
 _WAIT_S = 60.0
 # Workers come and go; who they are is asked for so often, since the answer takes as long as several tasks.
 _ASK_S = 2.0
+# What a scheduler remembers of messages and transitions, for those who work on Dask: 1,000 of each would be 10 MB here.
+_SHORT_LOGS = {"distributed.admin.low-level-log-length": 100}
 
 
 @contextmanager
@@ -42,6 +44,7 @@ def connected(address: str, jobs: int) -> "Iterator[Client]":
         GpsecError: Dask is not installed, or there is no scheduler.
     """
     try:
+        from dask import config
         from distributed import Client, LocalCluster
     except ImportError:
         raise GpsecError(
@@ -51,6 +54,7 @@ def connected(address: str, jobs: int) -> "Iterator[Client]":
     if address == "local":
         # SUMO is a process below the worker, which its memory limit would not see.
         with (
+            config.set(_SHORT_LOGS),
             LocalCluster(n_workers=jobs, threads_per_worker=1, memory_limit=0, dashboard_address=None) as cluster,
             Client(cluster) as client,
         ):
