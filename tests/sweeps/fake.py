@@ -2,7 +2,10 @@
 
 import json
 import os
+import signal
+import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 from gpsec.core.errors import GpsecError
@@ -58,3 +61,23 @@ def content(store: Path) -> dict[str, bytes]:
 
 def nothing_left(store: Path) -> bool:
     return not list((store / ".claims").iterdir()) and not list((store / ".work").iterdir())
+
+
+def parent_of(process: int) -> int:
+    """Return the process that has started another one."""
+    return int(Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[1])
+
+
+def kill_when(found: Callable[[], list[int]]) -> threading.Thread:
+    """Kill whoever has started the first of some processes, as soon as there are any."""
+
+    def wait() -> None:
+        until = time.monotonic() + 300.0
+        while not (processes := found()):
+            assert time.monotonic() < until
+            time.sleep(0.01)
+        os.kill(parent_of(processes[0]), signal.SIGKILL)
+
+    thread = threading.Thread(target=wait)
+    thread.start()
+    return thread

@@ -21,7 +21,7 @@ from gpsec.sweeps.folder import SweepFolder, read_folder
 from gpsec.sweeps.work import missing, work_through
 from gpsec.types.constants import MANIFEST
 
-from .fake import SCENARIO, content, fake_run, nothing_left, slow_run
+from .fake import SCENARIO, content, fake_run, kill_when, nothing_left, slow_run
 from .test_work import make, quiet, wait_until
 
 pytest.importorskip("distributed")
@@ -118,8 +118,17 @@ def test_a_cluster_makes_the_same_bytes(tmp_path: Path, expected: dict[str, byte
         assert sum(progress.stage == "done" for progress in told) == 3
         failing = make(tmp_path / "failing", "13-14")
         (failure,) = work_on(client, failing, missing(failing), quiet, fake_run).failures
-    assert failure.sentence == "thirteen.net.xml: expected lanes, found none"
-    assert len(missing(failing)) == 1
+        assert failure.sentence == "thirteen.net.xml: expected lanes, found none"
+        assert len(missing(failing)) == 1
+        # A worker that is killed takes its run with it, and another one makes that again.
+        deadly = make(tmp_path / "deadly", "1-2")
+        killer = kill_when(lambda: [int(at.name.partition("-")[2]) for at in (tmp_path / "deadly").glob("began/*")])
+        assert work_on(client, deadly, missing(deadly), quiet, slow_run).failures == []
+        killer.join()
+    assert content(deadly.store.path).items() <= expected.items()
+    assert missing(deadly) == []
+    assert nothing_left(deadly.store.path)
+    assert len(list((tmp_path / "deadly" / "began").iterdir())) == 3
 
 
 def test_a_scheduler_that_is_not_there(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -10,10 +10,11 @@ from pathlib import Path
 import pytest
 
 import gpsec
-from gpsec.sweeps.folder import read_folder
+from gpsec.sweeps.folder import SweepFolder, read_folder
 from gpsec.sweeps.work import missing
+from gpsec.types.constants import MANIFEST
 
-from .fake import SCENARIO, nothing_left
+from .fake import SCENARIO, content, kill_when, nothing_left, parent_of
 
 ROOT = Path(__file__).parents[2]
 SAID = "said.txt"
@@ -66,10 +67,49 @@ def test_a_run_that_was_killed_again_and_again_has_the_same_bytes(tmp_path: Path
         assert missing(killed) == [fingerprint]
     subprocess.run([*command, "--worker", str(killed.path), "--jobs", "1"], check=True, cwd=ROOT)
     assert nothing_left(killed.store.path)
-    names = {path.name for path in whole.folder.store.result(fingerprint).iterdir()} - {"manifest.json"}
-    for name in names:
-        one, other = (sweep.store.result(fingerprint) / name for sweep in (whole.folder, killed))
-        assert one.read_bytes() == other.read_bytes(), name
+    assert tables(killed) == tables(whole.folder)
+
+
+def tables(sweep: SweepFolder) -> dict[str, bytes]:
+    """Return the files of all runs, but for manifests, which have times in them."""
+    return {name: data for name, data in content(sweep.store.path).items() if not name.endswith(MANIFEST)}
+
+
+def runs(folder: Path) -> list[int]:
+    """Return the processes of runs that have SUMO's below them."""
+    processes = below(folder)
+    return [parent for parent in map(parent_of, processes) if parent in processes]
+
+
+@pytest.mark.slow
+def test_workers_of_dask_and_all_of_it_killed_with_sumo_below(tmp_path: Path) -> None:
+    pytest.importorskip("distributed")
+    from gpsec.sweeps.on_dask import connected
+
+    plan = tmp_path / "plan.toml"
+    plan.write_text(PLAN.replace("120.0", "30.0").replace("[2]", '"2-4"'))
+    whole = gpsec.sweep(plan, tmp_path / "whole", jobs=1)
+    killed, command = tmp_path / "killed", [sys.executable, "-m", "gpsec", "sweep", "--no-report"]
+    process = subprocess.Popen([*command, str(plan), "--out", str(killed), "--scheduler", "local", "--jobs", "1"])
+    until = time.monotonic() + 300.0
+    while not runs(killed):
+        assert time.monotonic() < until
+        time.sleep(0.01)
+    process.kill()  # scheduler and client at once
+    process.wait()
+    while below(killed):
+        assert time.monotonic() < until
+        time.sleep(0.1)
+    sweep = read_folder(killed)
+    assert len(missing(sweep)) == 3
+    with connected("local", 1) as client:
+        killer = kill_when(lambda: runs(killed))
+        again = gpsec.sweep(plan, killed, client=client)
+        killer.join()
+    assert list(again.tasks["state"]) == ["done"] * 3
+    assert nothing_left(sweep.store.path)
+    assert not below(killed)
+    assert tables(sweep) == tables(whole.folder)
 
 
 def begun(folder: Path) -> bool:
