@@ -105,7 +105,10 @@ def run(
         typer.Option("--gui-defence", metavar="D", help="Whose alarms and estimates. [default: the last one]"),
     ] = None,
     gui_delay: Annotated[
-        float | None, typer.Option("--gui-delay", min=0.0, max=1e4, metavar="MS", help="For a step. [default: 50]")
+        float | None,
+        typer.Option(
+            "--gui-delay", min=0.0, max=1e4, metavar="MS", help="For a step, from the first attack on. [default: 50]"
+        ),
     ] = None,
 ) -> int:
     """Run scenarios, write tables, and say in a few lines what they show.

@@ -44,7 +44,7 @@ class LiveRun:
     Attributes:
         plan: name of the attack plan that is shown, None for the first one.
         defence: name of the defence that is shown, None for the last one with a response.
-        delay_ms: time that sumo-gui takes for a step at least.
+        delay_ms: time that a step takes at least, from the first attack on; what comes before it is passed over.
     """
 
     plan: str | None = None

@@ -56,7 +56,7 @@ class SumoSession:
             options: from `gpsec.traffic.options.resolve_options`.
             lane_index: index in the HD map of each lane id; a vehicle on another lane is not on the map.
             equip: decides at departure whether a vehicle is part of the fleet.
-            delay_ms: shows it in sumo-gui, with so much time for a step; None shows nothing.
+            delay_ms: shows it in sumo-gui, with so much time for a step once a vehicle is followed; None shows nothing.
 
         Raises:
             GpsecError: SUMO refuses to start, a ``gpsec.…`` parameter is wrong, or another session is open.
@@ -78,9 +78,9 @@ class SumoSession:
         self._folder = Path(tempfile.mkdtemp(prefix="gpsec-sumo-")).resolve()
         self._copies: dict[Path, Path] = {}
         self._window: GuiWindow | None = None
-        self._start(["sumo"] if delay_ms is None else ["sumo-gui", *window_arguments(self._folder, delay_ms)])
+        self._start(["sumo"] if delay_ms is None else ["sumo-gui", *window_arguments(self._folder)])
         if delay_ms is not None:
-            self._window = GuiWindow()
+            self._window = GuiWindow(delay_ms)
 
     def _start(self, program: list[str]) -> None:
         outputs = {

@@ -1,6 +1,7 @@
 """sumo-gui in libsumo's process: what is shown of a step besides the traffic itself."""
 
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,12 +19,14 @@ _GHOST, _BODY = "gpsec.ghost", "gpsec.body."
 # Opacity of a vehicle that is elsewhere.
 _FADED = 50
 _ABOVE_ALL = 200
+# The one that sumo-gui has of itself shows little more than its tool bars.
+_WINDOW_SIZE = "1200,800"
 # What is seen around a vehicle that is followed.
 _AROUND_M = 40.0
 # A scheme of sumo-gui that draws vehicles with their shape; on light ground, so that zones are seen.
 _SETTINGS = """<viewsettings>
     <scheme name="real world"><background backgroundColor="240,240,235"/></scheme>
-    <delay value="{delay_ms:g}"/>
+    <delay value="0"/>
 </viewsettings>
 """
 
@@ -51,23 +54,55 @@ class WindowClosedError(Exception):
     """The user has closed the window of sumo-gui."""
 
 
-def window_arguments(folder: Path, delay_ms: float) -> list[str]:
-    """Return the options of sumo-gui that run it without a click, `delay_ms` a step; writes settings into `folder`."""
+def window_arguments(folder: Path) -> list[str]:
+    """Return the options of sumo-gui that run it without a click, as fast as it can; writes settings into `folder`."""
     settings = folder / "view.xml"
-    settings.write_text(_SETTINGS.format(delay_ms=delay_ms), encoding="utf-8")
-    return ["--start", "--gui-settings-file", str(settings)]
+    settings.write_text(_SETTINGS, encoding="utf-8")
+    return ["--start", "--gui-settings-file", str(settings), "--window-size", _WINDOW_SIZE]
+
+
+class Pacer:
+    """Lets a step take its time. SUMO's own delay is per simulated second, and cannot be changed once it runs."""
+
+    def __init__(
+        self, step_s: float, clock: Callable[[], float] = time.monotonic, sleep: Callable[[float], None] = time.sleep
+    ) -> None:
+        """Take `step_s` of the `clock` for a step."""
+        self._step_s, self._clock, self._sleep = step_s, clock, sleep
+        self._due_s: float | None = None
+
+    def wait(self) -> None:
+        """Return a step's time after the last return; at once where that has passed, or was the first."""
+        now_s = self._clock()
+        if self._due_s is not None and self._due_s > now_s:
+            self._sleep(self._due_s - now_s)
+            now_s = self._due_s
+        self._due_s = now_s + self._step_s
 
 
 class GuiWindow:
     """Draws looks; sumo-gui shows them with the next step."""
 
-    def __init__(self) -> None:
+    def __init__(self, delay_ms: float) -> None:
+        """Let a step take `delay_ms` at least, from the first on that follows a vehicle."""
+        self._pacer = Pacer(delay_ms / 1000.0)
+        self._begun = False
         self._followed = ""
         self._colours: dict[str, Colour] = {}  # of those that are on the road
         self._elsewhere: set[str] = set()
 
     def show(self, look: Look) -> None:
         """Colour vehicles, move the ghost and follow."""
+        self._colour(look)
+        self._move_bodies(look)
+        self._move_ghost(look)
+        if look.followed != self._followed:
+            self._follow(look.followed)
+        self._begun |= bool(look.followed)
+        if self._begun:
+            self._pacer.wait()
+
+    def _colour(self, look: Look) -> None:
         vehicle = libsumo.vehicle
         grey = ((vehicle_id, GREY) for vehicle_id in libsumo.simulation.getDepartedIDList())
         present = set(vehicle.getIDList())
@@ -76,10 +111,6 @@ class GuiWindow:
                 vehicle.setColor(vehicle_id, colour)
                 self._colours[vehicle_id] = colour
         self._colours = {name: colour for name, colour in self._colours.items() if name in present}
-        self._move_bodies(look)
-        self._move_ghost(look)
-        if look.followed != self._followed:
-            self._follow(look.followed)
 
     def _move_ghost(self, look: Look) -> None:
         there = _GHOST in libsumo.polygon.getIDList()
