@@ -1,6 +1,7 @@
 """A controlled simulation in which vehicles are called by their SUMO id."""
 
 import numpy as np
+import sumolib
 
 from gpsec.traffic.commands import CommandKind, Commands
 from gpsec.traffic.controlled import ControlledSession
@@ -27,6 +28,21 @@ def steer(rows, lateral_m=0.0, brake_mps2=0.0, order=CommandKind.STEER, others=F
         np.broadcast_to(np.asarray(lateral_m, float), (count,)).copy(),
         np.broadcast_to(np.asarray(brake_mps2, float), (count,)).copy(),
     )
+
+
+def numbers_of(net):
+    """Return a number for each lane of a net file, by its name."""
+    edges = sumolib.net.readNet(str(net), withInternal=True).getEdges()
+    return {lane.getID(): at for at, lane in enumerate(lane for edge in edges for lane in edge.getLanes())}
+
+
+def configured(net, routes):
+    """Write routes beside a net file; return the configuration of both."""
+    (net.parent / "cars.rou.xml").write_text(f"<routes>{CAR}{routes}</routes>")
+    config = net.parent / "run.sumocfg"
+    inputs = f'<net-file value="{net.name}"/><route-files value="cars.rou.xml"/>'
+    config.write_text(f"<configuration><input>{inputs}</input></configuration>")
+    return config
 
 
 class Driven:

@@ -1,9 +1,8 @@
 """On a road of three lanes SUMO lets who has to go over by two stand 40 m before its end, where nobody goes over."""
 
 import pytest
-import sumolib
 
-from .driven import CAR, Driven
+from .driven import Driven, configured, numbers_of
 
 NODES = """
 id="west" x="0" y="0"
@@ -28,22 +27,11 @@ LEFT = '<route id="left" edges="in left goal"/>'
 
 
 @pytest.fixture(scope="module")
-def fork(tmp_path_factory, plain_net):
+def fork(plain_net):
     """Return a function that gives a configuration for routes on a fork, and the numbers of its lanes."""
     net = plain_net(NODES, EDGES, connections=CONNECTIONS)
-    edges = sumolib.net.readNet(str(net), withInternal=True).getEdges()
-    numbers = {lane.getID(): at for at, lane in enumerate(lane for edge in edges for lane in edge.getLanes())}
-
-    def write(routes):
-        (net.parent / "cars.rou.xml").write_text(f"<routes>{CAR}{LEFT}{routes}</routes>")
-        config = net.parent / "run.sumocfg"
-        config.write_text(
-            f'<configuration><input><net-file value="{net.name}"/><route-files value="cars.rou.xml"/></input>'
-            "</configuration>"
-        )
-        return config, numbers
-
-    return write
+    numbers = numbers_of(net)
+    return lambda routes: (configured(net, LEFT + routes), numbers)
 
 
 @pytest.mark.parametrize(("lane", "lateral_m"), [(2, -6.4), (1, -3.2), (2, 3.2)])
