@@ -56,8 +56,8 @@ def decision_figure(run: Results, ranked: Sequence[Ranking], fleet_hours: float)
         "The mean over vehicles of the share of its attacks that put it out of its lane."
         f" A line for each defence, a point for each of its false-alarm rates ({HEADLINE_RATE} is what one would drive"
         f" with). None in this run is drawn at {_NONE:g} a day; its interval says how many there may be."
-        " `gpsec run --rates 1/h,0.1/h,1e-3/sample` gives every defence these rates; `gpsec report --fleet-hours`"
-        " states another fleet.",
+        " gpsec run --rates 1/h,0.1/h,1e-3/sample gives every defence these rates; gpsec report --fleet-hours states"
+        " another fleet.",
         {"xaxis": {"type": "log"}, "yaxis": {"rangemode": "tozero", "tickformat": ".0%"}},
         tall=True,
     )
@@ -79,11 +79,12 @@ def decision_tables(run: Results, ranked: Sequence[Ranking], fleet_hours: float)
                 continue
             row = known.get(each.defence.partition("+")[0], {})
             a_day = [rate * fleet_hours for rate in rates[each.defence]]
+            alarms = TableCell(figure(a_day[0]), f"{figure(a_day[1])} – {figure(a_day[2])}")
+            threshold = TableCell(
+                figure(row.get("threshold", np.nan)), "" if row.get("rate") != row.get("rate") else str(row["rate"])
+            )
             cells = [
-                TableCell(
-                    figure(row.get("threshold", np.nan)), "" if row.get("rate") != row.get("rate") else str(row["rate"])
-                ),
-                TableCell(figure(a_day[0]), f"{figure(a_day[1])} – {figure(a_day[2])}"),
+                *((TableCell("none"), TableCell("none")) if _never_alarms(each.defence) else (threshold, alarms)),
                 TableCell(
                     figure(each.share, percent=True),
                     f"{figure(each.low, percent=True)} – {figure(each.high, percent=True)}",
@@ -138,6 +139,8 @@ def _sentences(run: Results, ranking: Ranking, fleet_hours: float) -> list[str]:
 def _cost(name: str, rate: tuple[float, float, float], standing: Standing, fleet_hours: float) -> str:
     mean, low, high = (figure(value * fleet_hours) for value in rate)
     minutes = figure(standing.without_gnss_min_per_h * fleet_hours)
+    if _never_alarms(name):
+        return f"{name}: no detector, so no false alarms; {minutes} minutes without GNSS a day."
     return f"{name}: {mean} false alarms a day ({low} – {high}), {minutes} minutes without GNSS."
 
 
@@ -162,7 +165,8 @@ def _rates(run: Results, ranking: Ranking) -> dict[str, tuple[float, float, floa
     known = {str(row["detector"]): tuple(float(row[name + end]) for end in ("", "_lo", "_hi")) for row in rows}
     found = {}
     for defence in ranking.standings:
-        mean, low, high = known.get(defence.partition("+")[0], (0.0, 0.0, 0.0))
+        none = _never_alarms(defence)
+        mean, low, high = (0.0, 0.0, 0.0) if none else known.get(defence.partition("+")[0], (0.0, 0.0, 0.0))
         found[defence] = (mean, mean if np.isnan(low) else low, mean if np.isnan(high) else high)
     return found
 
@@ -175,6 +179,10 @@ def _points(each: Standing) -> str:
         if difference.low == difference.high
         else f"{text} ({figure(100.0 * difference.low)} – {figure(100.0 * difference.high)})"
     )
+
+
+def _never_alarms(defence: str) -> bool:
+    return defence.startswith("never+")
 
 
 def _can_choose(defence: str) -> bool:

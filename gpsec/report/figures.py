@@ -163,7 +163,7 @@ def area_missing(run: Results) -> Figure:
         _NO_CURVE,
         "The less, the better; half is a coin. Over all false-positive rates, most of which nobody drives with: read it"
         f" beside the curves. What is below {_NEAREST:g} is drawn there.",
-        {"xaxis": {"type": "log", "dtick": 1, "exponentformat": "power"}, "yaxis": {"autorange": "reversed"}},
+        {"xaxis": {"type": "log", "exponentformat": "power"}, "yaxis": {"autorange": "reversed"}},
     )
 
 
@@ -195,8 +195,7 @@ def cost_of_speed(run: Results) -> Figure:
         "false alarms per vehicle-hour",
         series,
         "No detector that was compared saw any attack of this kind, so there is no delay to set against false alarms.",
-        "A point for each detector and false-alarm rate, with intervals; for further rates, run it again with"
-        " --set detection.rates=….",
+        "A point for each detector and false-alarm rate, with intervals; gpsec run --rates gives further rates.",
         {"xaxis": {"rangemode": "tozero"}, "yaxis": {"rangemode": "tozero"}},
     )
 

@@ -14,7 +14,7 @@ from gpsec.core.geo import Projector
 from gpsec.outcomes.naming import base_name
 from gpsec.outcomes.places import ATTACK_BEGAN, DETECTED, LEFT_LANE
 from gpsec.outcomes.tables import whole
-from gpsec.report.figure_data import Figure, Series, group_name
+from gpsec.report.figure_data import NEUTRAL, Figure, Series, group_name
 from gpsec.report.figures import defences_of, detectors_of
 from gpsec.running.results import Results
 from gpsec.types.constants import UNDEFENDED
@@ -67,7 +67,7 @@ def map_figure(run: Results) -> Figure:
             profile, attack, what, by = map(str, names)
             where = {"group": group_name(name, profile), "attack": attack}
             if what == ATTACK_BEGAN:
-                label, colour, mark = "attack began", 0, "circle-open"
+                label, colour, mark = "attack began", NEUTRAL, "circle-open"
             elif by not in known[what]:
                 continue
             elif what == DETECTED:

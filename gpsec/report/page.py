@@ -14,6 +14,7 @@ from markupsafe import Markup
 from gpsec.core.caches import plotly_file, read
 from gpsec.core.caches import write as keep
 from gpsec.outcomes.tables import whole
+from gpsec.report.formatting import figure
 
 _ASSETS = files("gpsec.report") / "assets"
 
@@ -54,13 +55,15 @@ def write_page(path: Path, text: str) -> None:
 
 @cache
 def _environment() -> Environment:
-    return Environment(
+    made = Environment(
         loader=PackageLoader("gpsec.report", "assets"),
         autoescape=select_autoescape(default=True, default_for_string=True),
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    made.filters["figure"] = figure
+    return made
 
 
 def _asset(name: str) -> Markup:

@@ -126,6 +126,7 @@ def test_the_rate_of_false_positives_is_drawn_by_its_logarithm(page):
     kind = "document.querySelector('#roc .canvas')._fullLayout.xaxis.type"
     assert page.evaluate(kind) == "log"
     assert len(drawn(page, "auc")) == 1
+    assert page.locator("#auc .xtick").count() >= 2  # areas of one decade have numbers on their axis, too
 
 
 def test_light_and_dark(page):

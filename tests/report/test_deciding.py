@@ -36,6 +36,14 @@ def test_the_fleet_is_that_which_is_stated():
     assert "a+ukf: 25.0 false alarms a day (10.0 – 90.0)" in said({"never+none": 50, "b+ukf": 20}, 100.0)
 
 
+def test_what_has_no_detector_has_neither_threshold_nor_false_alarms():
+    run = Run({"never+none": 50, "b+ukf": 20})
+    (table,) = decision_tables(run, run.ranked, 1000.0)
+    cells = {row.name: [cell.text for cell in row.cells] for row in table.rows}
+    assert cells["never+none"][:2] == ["none", "none"]
+    assert cells["a+ukf"][:2] == ["12.0", "250"]
+
+
 def test_no_difference_is_said():
     assert "No difference between a+ukf and b+ukf in vehicles out of their lane, of 60" in said({"never+none": 50})
 
