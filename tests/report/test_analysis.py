@@ -24,7 +24,7 @@ def names(run_folder, tmp_path_factory):
     They run on the run made by hand, with an LSTM that is CUSUM, but 0.2 s later.
     """
     blocks = re.findall(r"```python\n(.*?)```", GUIDE, re.DOTALL)
-    assert len(blocks) == 11
+    assert len(blocks) == 12
     folder = shutil.copytree(run_folder, tmp_path_factory.mktemp("analysis") / "run")
     for table in ("events", "curves", "safety"):
         frame = pd.read_csv(folder / f"{table}.csv")
@@ -35,6 +35,7 @@ def names(run_folder, tmp_path_factory):
         pd.concat([frame, more]).to_csv(folder / f"{table}.csv", index=False)
     script = folder / "analysis.py"
     script.write_text("\n".join(blocks).replace("results/fleet-eval", str(folder)), encoding="utf-8")
+    shutil.copy(folder / "steps.parquet", folder / "traces.parquet")  # the same columns
     mpl.use("Agg")
     return runpy.run_path(str(script))
 
@@ -111,7 +112,7 @@ def widths(axes):
 
 def test_the_other_questions_are_drawn_too(names):
     assert widths(names["worst_axes"]) == names["worst"]["out_of_lane_share"].tolist()
-    assert [bar.get_height() for bar in names["recall_axes"].patches] == [0.0] * names["ahead"].size
+    assert [bar.get_width() for bar in names["recall_axes"].patches] == [0.0] * names["ahead"].size
     later, sooner = names["delay_axes"].get_lines()
     delays = later.get_xdata() - sooner.get_xdata()
     assert np.nanmax(delays) == pytest.approx(0.2) == np.nanmin(delays)
@@ -120,6 +121,16 @@ def test_the_other_questions_are_drawn_too(names):
     assert (points.get_offsets().tolist(), points.get_array().tolist()) == ([[50.0, 50.0]], [0.5])
     assert 1.0 in widths(names["bought_axes"])
     assert widths(names["street_axes"]) == names["streets"]["departures_per_hour"].tolist()
+
+
+def test_sql_counts_and_measures_the_same(names):
+    left = names["left"].set_index(["attack", "defence"])
+    assert left.loc[("bias", "never+none"), ["attacked", "left_share"]].tolist() == [2, 1.0]
+    off = names["off"][names["off"]["plan"] == "bias"]
+    assert off["steps"].tolist() == [40, 40]
+    assert off["off_m"].tolist() == pytest.approx([2.0, 2.0], abs=0.2)  # 2 m to the left, and 0.1 m ahead
+    # Garwood's bounds of a count of six.
+    assert (names["fewest"].tolist(), names["most"].tolist()) == (pytest.approx([2.2019]), pytest.approx([13.0595]))
 
 
 def test_the_best_defences_are_blue(names):
