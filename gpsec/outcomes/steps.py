@@ -1,25 +1,20 @@
 """The log of every step (`--log-steps`): a Parquet file with one row for every track and step, written and read."""
 
 from collections.abc import Mapping, Sequence
-from contextlib import ExitStack
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import pyarrow as pa
-from pyarrow import parquet
 
 from gpsec.core.arrays import Flags, Floats
 from gpsec.core.errors import GpsecError, shown
 from gpsec.core.geo import Projector
-from gpsec.outcomes.tables import whole
+from gpsec.outcomes.parquet_log import ParquetLog
 from gpsec.outcomes.view import StepView
 from gpsec.types.vehicles import Measurements
 
-# Rows that are held before they are written, as one row group.
-ROWS_AT_ONCE = 100_000
 _TEXTS = ("vehicle_id", "plan", "lane")
 _FLAGS = ("settled", "attacked")
 _NUMBERS = (
@@ -28,15 +23,8 @@ _NUMBERS = (
 )
 
 
-class StepLog:
-    """Writes `steps.parquet` as the run goes on; the file has its name only once the log is closed.
-
-    Use it as a context manager: where the block fails, nothing is left behind.
-
-    Attributes:
-        path: of the file.
-
-    """
+class StepLog(ParquetLog):
+    """Writes `steps.parquet` as the run goes on."""
 
     def __init__(
         self,
@@ -47,30 +35,12 @@ class StepLog:
         lane_ids: Sequence[str],
         projector: Projector,
     ) -> None:
-        self.path = path
         self._lane_ids = np.array([*lane_ids, ""], object)
         self._plans = np.array(plan_names, object)
         self._detectors = list(detector_names)
         self._defences = [f"{detector}+{response}" for detector, response in defences]
         self._projector = projector
-        self._pending: list[Mapping[str, Any]] = []
-        self._count = 0
-        self._stack = ExitStack()
-        self._writer: Any = parquet.ParquetWriter(
-            self._stack.enter_context(whole(path)), self._schema(), compression="zstd"
-        )
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if error is None:
-            self.close()
-        else:
-            self._writer.close()
-            self._stack.__exit__(kind, error, trace)
+        super().__init__(path, self._fields())
 
     def observe(self, view: StepView, vehicle_ids: Sequence[str], seen: Measurements) -> None:
         """Log the tracks `view.rows`; `vehicle_ids` are those of their vehicles, one a track; `seen` has all."""
@@ -106,18 +76,9 @@ class StepLog:
 
         Those that end in `_valid`, and `scored`, say where the others are known.
         """
-        self._pending.append(rows)
-        self._count += len(rows["time_s"])
-        if self._count >= ROWS_AT_ONCE:
-            self._flush()
+        self._hold(rows, len(rows["time_s"]))
 
-    def close(self) -> None:
-        """Write what is left and give the file its name."""
-        self._flush()
-        self._writer.close()
-        self._stack.close()
-
-    def _schema(self) -> Any:
+    def _fields(self) -> Any:
         fields = [("time_s", pa.float64()), ("vehicle_id", pa.string()), ("plan", pa.string())]
         fields += [("lane", pa.string())]
         fields += [(name, pa.float64()) for name in ("x_m", "y_m", "lon_deg", "lat_deg", "yaw_rad", "speed_mps")]
@@ -131,13 +92,7 @@ class StepLog:
             fields += [(f"{name}_isolated", pa.bool_())]
         return pa.schema(fields)
 
-    def _flush(self) -> None:
-        if self._count == 0:
-            self._pending.clear()
-            return
-        data = {name: np.concatenate([step[name] for step in self._pending]) for name in self._pending[0]}
-        self._pending.clear()
-        self._count = 0
+    def _columns(self, data: Mapping[str, Any]) -> list[Any]:
         columns: dict[str, Any] = {
             name: data[name] for name in ("time_s", "vehicle_id", "plan", "yaw_rad", "speed_mps", "settled", "attacked")
         }
@@ -157,8 +112,7 @@ class StepLog:
             columns[f"{name}_isolated"] = data["isolated"][:, d]
         for name in ("yaw_rad", "speed_mps", "lane_offset_m"):
             columns[name] = columns[name].astype(np.float64)
-        schema = self._schema()
-        self._writer.write_table(pa.table([pa.array(columns[name]) for name in schema.names], schema=schema))
+        return [pa.array(columns[name]) for name in self._schema.names]
 
     def _positions(self, prefix: str, position_m: Floats, known: Flags) -> dict[str, Any]:
         lon_lat = np.zeros_like(position_m)

@@ -1,19 +1,15 @@
 """One file of a dataset: a row for every track and step, in Parquet."""
 
 from collections.abc import Callable, Mapping
-from contextlib import ExitStack
 from pathlib import Path
-from types import TracebackType
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow as pa
-from pyarrow import parquet
 
+from gpsec.outcomes.parquet_log import ParquetLog
 from gpsec.outcomes.state import OutcomeState
-from gpsec.outcomes.steps import ROWS_AT_ONCE
 from gpsec.outcomes.study import Study
-from gpsec.outcomes.tables import whole
 from gpsec.outcomes.view import StepView
 from gpsec.types.vehicles import Identity
 
@@ -125,40 +121,20 @@ MEASURED: Mapping[str, Column] = {
 """The columns that vary, in their order; names of vehicle and attack come before them."""
 
 
-class DatasetLog:
-    """Writes a file of the dataset as a run goes on; implements `gpsec.pipeline.run.Onlooker`.
-
-    Use it as a context manager: where the block fails, nothing is left behind.
-    """
+class DatasetLog(ParquetLog):
+    """Writes a file of the dataset as a run goes on; implements `gpsec.pipeline.run.Onlooker`."""
 
     def __init__(self, path: Path) -> None:
         """Begin the file, which has its name once the block has succeeded."""
         names = [("vehicle", _NAME), ("attack", _NAME)]
-        self._schema = pa.schema([*names, *((name, one.kind) for name, one in MEASURED.items())])
-        self._stack = ExitStack()
-        partial = self._stack.enter_context(whole(path))
         numbers = [name for name, one in MEASURED.items() if pa.types.is_floating(one.kind)]
-        self._writer: Any = parquet.ParquetWriter(
-            partial,
-            self._schema,
-            compression="zstd",
+        super().__init__(
+            path,
+            pa.schema([*names, *((name, one.kind) for name, one in MEASURED.items())]),
             use_dictionary=["vehicle", "attack"],
             use_byte_stream_split=numbers,  # a third smaller
         )
-        self._pending: list[dict[str, Any]] = []
-        self._count = 0
         self._attacks: list[str] = []
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if error is None:
-            self._flush()
-        self._writer.close()
-        self._stack.__exit__(kind, error, trace)
 
     def begin(self, study: Study) -> None:
         """Learn the names of the attacks."""
@@ -171,18 +147,11 @@ class DatasetLog:
         step |= {f"?{name}": one.known(view, v) for name, one in MEASURED.items() if one.known is not None}
         step["vehicle"] = np.array([fleet[row].vehicle_id for row in v.tolist()], object)
         step["attack"] = np.array(self._attacks, object)[view.tracks.plan[view.rows]]
-        self._pending.append(step)
-        self._count += len(v)
-        if self._count >= ROWS_AT_ONCE:
-            self._flush()
+        self._hold(step, len(v))
 
-    def _flush(self) -> None:
-        if not self._count:
-            return
-        data = {name: np.concatenate([step[name] for step in self._pending]) for name in self._pending[0]}
-        self._pending, self._count = [], 0
+    def _columns(self, data: Mapping[str, Any]) -> list[Any]:
         columns = [pa.array(data["vehicle"]).dictionary_encode(), pa.array(data["attack"]).dictionary_encode()]
         for name, one in MEASURED.items():
             mask = ~data[f"?{name}"] if one.known is not None else None
             columns.append(pa.array(data[name].astype(one.kind.to_pandas_dtype()), type=one.kind, mask=mask))
-        self._writer.write_table(pa.table(columns, schema=self._schema))
+        return columns

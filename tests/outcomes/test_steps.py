@@ -3,7 +3,7 @@ import pytest
 from pyarrow import parquet
 
 from gpsec.core.geo import Projector
-from gpsec.outcomes import steps
+from gpsec.outcomes import parquet_log
 from gpsec.outcomes.steps import StepLog
 
 from .scene import DEFENCES, DETECTORS, PLANS, Scene
@@ -65,7 +65,7 @@ def test_what_is_read_back_is_what_was_seen(tmp_path, scene):
 
 
 def test_rows_are_written_as_the_run_goes_on(tmp_path, scene, monkeypatch):
-    monkeypatch.setattr(steps, "ROWS_AT_ONCE", 4)
+    monkeypatch.setattr(parquet_log, "ROWS_AT_ONCE", 4)
     with open_log(tmp_path / "steps.parquet") as log:
         for step in range(5):
             log.observe(scene.view(step, [0, 1]), ["a", "b"], scene.seen)
