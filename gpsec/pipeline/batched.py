@@ -14,7 +14,7 @@ from gpsec.detection.monitor_state import MonitorState
 from gpsec.localization.branches import LocalizationState
 from gpsec.localization.switch import Localization
 from gpsec.localization.world import World
-from gpsec.pipeline.perception import Perception
+from gpsec.pipeline.perception import Perception, StepInputs
 from gpsec.pipeline.probing import Probing
 from gpsec.types.answers import Answers
 from gpsec.types.tracks import Tracks
@@ -83,7 +83,8 @@ class BatchedMethod:
         watch: Stopwatch,
     ) -> None:
         """Say which lane each track is on, form the residuals, ask the detectors, run the filters."""
-        self._perception.step(number, rows, tracks, vehicles, seen, threads, watch)
+        inputs = StepInputs(number, tracks, vehicles, seen, threads)
+        self._perception.step(rows, inputs, watch)
         localization, filters = self._localization, self._filters
         localization.propagate(filters, rows, tracks, vehicles, seen, self.answers.alarm, threads)
         watch.lap("EKF")
@@ -91,11 +92,11 @@ class BatchedMethod:
         watch.lap("UKF")
         localization.report(filters, rows, self.answers, threads)
         watch.lap("outcomes")
-        self._probing.follow(number, rows, tracks, vehicles, seen, threads)
+        self._probing.follow(rows, inputs)
         watch.lap("attacks")
 
     def probe(
         self, number: int, asked: Question, tracks: Tracks, vehicles: Vehicles, seen: Measurements, threads: Threads
     ) -> Probed:
         """Return what detectors would find of other fixes in step `number`, which has not been taken yet."""
-        return self._probing.ask(number, asked, self._perception, tracks, vehicles, seen, threads)
+        return self._probing.ask(asked, self._perception, StepInputs(number, tracks, vehicles, seen, threads))

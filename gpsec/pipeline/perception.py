@@ -1,7 +1,7 @@
 """What comes before filters: lanes, residuals, the monitor and the detectors of rows, with all they remember."""
 
 from collections.abc import Collection
-from typing import Any
+from typing import Any, NamedTuple
 
 from gpsec.association.associating import Associating
 from gpsec.core.arrays import Ints
@@ -19,6 +19,22 @@ from gpsec.localization.world import World
 from gpsec.types.answers import Answers
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Measurements, Vehicles
+
+
+class StepInputs(NamedTuple):
+    """What step `number` has for rows of `tracks`, and the threads to work them out.
+
+    Attributes:
+        number: from 0.
+        tracks, vehicles, seen: by track row and by vehicle row.
+        threads: for kernels.
+    """
+
+    number: int
+    tracks: Tracks
+    vehicles: Vehicles
+    seen: Measurements
+    threads: Threads
 
 
 class Perception:
@@ -98,17 +114,9 @@ class Perception:
             for one, another in zip(own.arrays(), given.arrays(), strict=True):
                 one[:n] = another[rows]
 
-    def step(
-        self,
-        number: int,
-        rows: Ints,
-        tracks: Tracks,
-        vehicles: Vehicles,
-        seen: Measurements,
-        threads: Threads,
-        watch: Stopwatch,
-    ) -> None:
-        """Take step `number` of the rows `rows` of `tracks`: lanes, residuals, and the answers of the detectors."""
+    def step(self, rows: Ints, inputs: StepInputs, watch: Stopwatch) -> None:
+        """Take a step of some track rows: lanes, residuals, and the answers of the detectors."""
+        number, tracks, vehicles, seen, threads = inputs
         self._association.update(self._lanes.now, rows, tracks, vehicles, seen, threads)
         watch.lap("association")
         self._residuals.update(number, self._pending.now, rows, tracks, vehicles, seen, threads)
@@ -118,18 +126,10 @@ class Perception:
         else:
             channels = self._monitor.update(number, self._pending.now, rows, tracks, vehicles, seen, threads)
             watch.lap("monitor")
-        self._detect(rows, channels, tracks, vehicles, seen, threads, watch)
+        self._detect(rows, channels, inputs, watch)
 
-    def _detect(
-        self,
-        rows: Ints,
-        channels: Channels,
-        tracks: Tracks,
-        vehicles: Vehicles,
-        seen: Measurements,
-        threads: Threads,
-        watch: Stopwatch,
-    ) -> None:
+    def _detect(self, rows: Ints, channels: Channels, inputs: StepInputs, watch: Stopwatch) -> None:
+        tracks, vehicles, seen = inputs.tracks, inputs.vehicles, inputs.seen
         vehicle = tracks.vehicle[rows]
         profile = vehicles.profile[vehicle]
         observation = Observation(
@@ -150,7 +150,7 @@ class Perception:
         watch.lap("matching")
         thresholds = self._detection.thresholds[profile]
         for name, looking in self._watches.items():
-            looking.update(observation, thresholds, self.answers, threads)
+            looking.update(observation, thresholds, self.answers, inputs.threads)
             watch.lap(f"detector {name}")
         for name, told, k in self._labelled:
             told.update(rows, attacked, self.answers, k)

@@ -12,11 +12,10 @@ from gpsec.core.arrays import Floats, Ints
 from gpsec.core.errors import GpsecError, nearest, shown
 from gpsec.core.stopwatch import Stopwatch
 from gpsec.core.tables import Table, taken
-from gpsec.core.threads import Threads
 from gpsec.detection.base import Detection, Detector
 from gpsec.localization.world import World
 from gpsec.pipeline.exact import sense_exactly
-from gpsec.pipeline.perception import Perception
+from gpsec.pipeline.perception import Perception, StepInputs
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Measurements, Vehicles
 
@@ -73,30 +72,21 @@ class Probing:
         """Return all that is remembered of track rows."""
         return [] if self._own is None else [self._own_tracks, *self._own.tables()]
 
-    def follow(
-        self, number: int, rows: Ints, tracks: Tracks, vehicles: Vehicles, seen: Measurements, threads: Threads
-    ) -> None:
-        """Take step `number` of the track rows `rows` with the attacker's own copy, if there is one."""
+    def follow(self, rows: Ints, inputs: StepInputs) -> None:
+        """Take a step of some track rows with the attacker's own copy, if there is one."""
         if self._own is None:
             return
+        _, tracks, vehicles, seen, _ = inputs
         exact, own, vehicle = self._exactly(tracks.vehicle[rows], vehicles, seen), self._own_tracks.now, tracks.vehicle
         for name in _COMMON:
             getattr(own, name)[rows] = getattr(tracks, name)[rows]
         moved_m = tracks.fix_m[rows] - seen.fix_m[vehicle[rows]]
         own.fix_m[rows] = exact.fix_m[vehicle[rows]] + np.where(tracks.fix_valid[rows, np.newaxis], moved_m, 0.0)
-        self._own.step(number, rows, own, vehicles, exact, threads, Stopwatch())
+        self._own.step(rows, inputs._replace(tracks=own, seen=exact), Stopwatch())
 
-    def ask(
-        self,
-        number: int,
-        asked: Question,
-        perception: Perception,
-        tracks: Tracks,
-        vehicles: Vehicles,
-        seen: Measurements,
-        threads: Threads,
-    ) -> Probed:
-        """Return what would be found of the fixes in step `number`, which `perception` has not taken yet."""
+    def ask(self, asked: Question, perception: Perception, inputs: StepInputs) -> Probed:
+        """Return what would be found of the fixes in a step that `perception` has not taken yet."""
+        _, tracks, vehicles, seen, _ = inputs
         if asked.own_copy:
             if self._own is None:
                 raise ValueError("expected a method with copies for an attacker who asks its own")
@@ -111,7 +101,7 @@ class Probing:
             some = asked._replace(rows=asked.rows[part], moved_m=asked.moved_m[part])
             scratch, copies = self._scratch_for(columns)
             rows = self._begin(some, scratch, copies, perception, tracks, seen)
-            scratch.step(number, rows, copies.now, vehicles, seen, threads, Stopwatch())
+            scratch.step(rows, inputs._replace(tracks=copies.now, seen=seen), Stopwatch())
             threshold = self._detection.thresholds[vehicles.profile[copies.now.vehicle[rows]]][:, columns]
             ratio, scored = _ratio(scratch, rows, columns, threshold)
             found.ratio[part], found.scored[part] = ratio.reshape(-1, tried), scored.reshape(-1, tried)
