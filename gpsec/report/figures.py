@@ -5,7 +5,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
+from gpsec.outcomes.naming import base_name
 from gpsec.outcomes.state import OUTCOMES
 from gpsec.report.figure_data import Figure, Series, colours, group_name, grouped
 from gpsec.running.results import Results
@@ -27,10 +29,18 @@ def defences_of(run: Results) -> list[str]:
     return sorted(run.safety["defence"].cat.categories, key=lambda name: name != UNDEFENDED)
 
 
-def delays(run: Results) -> Figure:
-    """Return the distribution of detection delays; attacks that were not detected are missing at its right end."""
+def delays(run: Results, over: Results | None = None) -> Figure:
+    """Return the distribution of detection delays; attacks that were not detected are missing at its right end.
+
+    `over` is the run over several seeds, whose events are taken together as well.
+    """
     colour = colours(detectors_of(run))
     events = run.events.drop_duplicates(["scenario", "vehicle_id", "attack", "detector"])
+    if over is not None:
+        names = events["scenario"].astype(str)
+        together = names.map(base_name)
+        several = together.isin(over.safety["scenario"].astype(str))
+        events = pd.concat([events.assign(scenario=together)[several], events.assign(scenario=names)])
     series = []
     for where, detector, rows in grouped(events[events["detector"].isin(colour)], "detector"):
         delay = rows["detection_delay_s"]
@@ -265,15 +275,19 @@ def outcome_shares(run: Results) -> Figure:
     )
 
 
-def all_figures(run: Results) -> dict[str, Figure]:
-    """Return the figures of a run by their key."""
+def all_figures(run: Results, over: Results | None = None) -> dict[str, Figure]:
+    """Return the figures of a run by their key; `over` is the run over several seeds, where there are such."""
+    outcomes, cost = outcome_shares(run), cost_of_speed(run)
+    if over is not None:
+        outcomes = replace(outcomes, series=[*outcome_shares(over).series, *outcomes.series])
+        cost = replace(cost, series=[*cost_of_speed(over).series, *cost.series])
     figures = [
-        outcome_shares(run),
-        delays(run),
+        outcomes,
+        delays(run, over),
         roc(run),
         area_missing(run),
         precision_recall(run),
-        cost_of_speed(run),
+        cost,
         error_over_time(run, "cross_track", "Error across the lane"),
         error_over_time(run, "along_track", "Error along the lane"),
     ]

@@ -8,6 +8,7 @@ from pathlib import Path
 import pandas as pd
 
 from gpsec.core.version import __version__
+from gpsec.outcomes.naming import base_name
 from gpsec.report.about import described
 from gpsec.report.deciding import FLEET_HOURS, advice, decision_figure, decision_tables
 from gpsec.report.figure_data import group_name
@@ -47,7 +48,7 @@ def write_report(
     stories = choose_stories(run, ranked[-1], traced(run) if steps is None else None)
     known = known_steps(run, stories) if steps is None else steps
     judged = [ranking for each in ranked for ranking in each]
-    figures = all_figures(run) | {"map": map_figure(run)} | trace_figures(run, stories, known)
+    figures = all_figures(run, over) | {"map": map_figure(run)} | trace_figures(run, stories, known)
     figures["decision"] = decision_figure(looked_at[0], judged, fleet_hours)
     groups = list(
         dict.fromkeys(
@@ -59,8 +60,13 @@ def write_report(
     attacks = [name for name in run.safety["attack"].cat.categories if name != "none"]
     page = render(
         "report.html",
-        {"figures": {key: figure.plain() for key, figure in figures.items()}, "groups": groups, "attacks": attacks},
-        title=", ".join(stated["scenario"] for stated in run.scenarios),
+        {
+            "figures": {key: figure.plain() for key, figure in figures.items()},
+            "groups": groups,
+            "attacks": attacks,
+            "pooled": [] if over is None else [group_name(each.scenario, each.profile) for each in ranked[0]],
+        },
+        title=", ".join(_titles(run, over)),
         unfinished=run.unfinished,
         changed=run.changed,
         verdicts=[verdict for each, found in zip(looked_at, ranked, strict=True) for verdict in verdicts(each, found)],
@@ -91,6 +97,13 @@ def write_report(
     )
     write_page(target, page)
     return target
+
+
+def _titles(run: Results, over: Results | None) -> list[str]:
+    """Return the scenarios of a run, each once, however many seeds it has."""
+    names = [str(stated["scenario"]) for stated in run.scenarios]
+    several = set() if over is None else {stated["scenario"] for stated in over.scenarios}
+    return list(dict.fromkeys(base_name(name) if base_name(name) in several else name for name in names))
 
 
 def trace_page(vehicle_id: str) -> str:

@@ -13,7 +13,7 @@ from gpsec.report.stories import Story
 from gpsec.running.results import Results
 
 _LEVELS = "▁▂▃▄▅▆▇█"
-_WIDTH = 66
+_WIDTH = 56
 
 
 def facts(run: Results, story: Story) -> list[tuple[str, dict[str, str]]]:
@@ -59,16 +59,17 @@ def story_parts(run: Results, story: Story, rows: pd.DataFrame) -> Iterator[Text
     errors = _errors(rows)
     residual_m = rows["residual_m"].abs().to_numpy()
     top_m = max(float(np.nanmax(values, initial=0.0)) for values in (residual_m, *errors.values()))
-    yield Text(f"{'residual':>22} {_curve(residual_m, top_m)}")
-    columns = [str(column) for column in rows]
-    for name in [column for column in columns if column.endswith("_alarm")]:
+    lines = {"residual": _curve(residual_m, top_m)}
+    for name in [str(column) for column in rows if str(column).endswith("_alarm")]:
         alarms = rows[name].to_numpy(np.float64)
         if alarms.any():
-            yield Text(f"{name.removesuffix('_alarm') + ' alarm':>22} {_flags(alarms)}")
-    for defence, values in errors.items():
-        yield Text(f"{defence[-22:]:>22} {_curve(values, top_m)}")
+            lines[f"{name.removesuffix('_alarm')} alarm"] = _flags(alarms)
+    lines |= {defence: _curve(values, top_m) for defence, values in errors.items()}
     if attacked:
-        yield Text(f"{'':>22} {_flags(rows['attacked'].to_numpy(np.float64)).replace('█', '^')}")
+        lines[""] = _flags(rows["attacked"].to_numpy(np.float64)).replace("█", "^")
+    width = max(map(len, lines))
+    for name, line in lines.items():
+        yield Text(f"{name:>{width}} {line}")
 
 
 def _errors(rows: pd.DataFrame) -> dict[str, np.ndarray]:

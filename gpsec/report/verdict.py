@@ -131,8 +131,9 @@ def _cell(safety: Record, seen: Mapping[tuple[str, str], Record], attack: str, d
     if detector not in BOUNDS and (attack, detector) in seen:
         row = seen[attack, detector]
         share = row["detected_share"]
-        median_s = row["delay_median_s"]
-        delay: str = "" if pd.isna(median_s) else f"seen after {median_s:.1f}\N{NO-BREAK SPACE}s"
+        # Over several seeds there is a mean only.
+        usual_s: float = row["delay_mean_s"] if pd.isna(row["delay_median_s"]) else row["delay_median_s"]
+        delay: str = "" if pd.isna(usual_s) else f"seen after {usual_s:.1f}\N{NO-BREAK SPACE}s"
         words = f"{delay}, {share:.0%} of them" if delay and share < _ALL else delay or "not seen"
     return VerdictCell(
         int(safety["out_of_lane"]),

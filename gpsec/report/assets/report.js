@@ -159,7 +159,8 @@
     const nothing = shown.length === 0 || (empty && figure.key !== "map");
     canvas.hidden = nothing;
     why.hidden = !nothing;
-    why.textContent = nothing ? figure.whyEmpty : "";
+    const ofEachSeed = (data.pooled || []).includes(state.group) && figure.series.length > 0;
+    why.textContent = !nothing ? "" : ofEachSeed ? "Of each seed by itself: choose one as the scenario." : figure.whyEmpty;
     element.querySelector(".csv").hidden = figure.series.length === 0;
     if (nothing) { Plotly.purge(canvas); place.replaceChildren(); return Promise.resolve(); }
     const marked = shown.filter((series) => isLine(series) && series.colour >= 0).length > 3;
