@@ -13,15 +13,15 @@ from gpsec.scenario.choices import BOUNDS
 from gpsec.types.points import detector_at
 
 # Of benign samples; the paper's tables are at the second.
-RATES = (1e-2, 1e-3, 1e-4)
+_RATES = (1e-2, 1e-3, 1e-4)
 # With fewer false positives than these in all runs, a rate cannot be told.
-FEWEST = 5
+_FEWEST = 5
 # Residuals are formed that often, at most.
 _SAMPLES_HZ = 10.0
 
 
 def matched_tables(found: Gathered) -> Iterator[TypesetTable]:
-    """Yield, for each scenario and profile, the recall of every detector at each of `RATES`, over seeds."""
+    """Yield, for each scenario and profile, the recall of every detector at each of `_RATES`, over seeds."""
     curves = found.tables["curves"]
     curves = curves[~curves["detector"].isin(BOUNDS)]
     for keys, mine in curves.groupby([curves["scenario"].map(base_name), "profile"], sort=False):
@@ -31,7 +31,7 @@ def matched_tables(found: Gathered) -> Iterator[TypesetTable]:
         lines = [
             [
                 *(str(attack), str(detector)),
-                *(_over_seeds(points, r, found.confidence) if r * samples >= FEWEST else EMPTY for r in RATES),
+                *(_over_seeds(points, r, found.confidence) if r * samples >= _FEWEST else EMPTY for r in _RATES),
             ]
             for (attack, detector), points in mine.groupby(["attack", "detector"], sort=False)
         ]
@@ -40,11 +40,11 @@ def matched_tables(found: Gathered) -> Iterator[TypesetTable]:
         caption = (
             f"Detectors at equal false alarms, {scenario}, profile {profile}: share of the samples under attack that"
             " are alarmed, at the lowest threshold of each detector by which no more than that share of the samples"
-            f" without an attack is (–: fewer than {FEWEST} of them);"
+            f" without an attack is (–: fewer than {_FEWEST} of them);"
             f" n = up to {_most_events(found, scenario, profile)} events an attack,"
             f" {over}{found.over(scenario)}; {found.made_by}."
         )
-        headings = ["attack", "detector", *(f"recall at {rate:g}" for rate in RATES)]
+        headings = ["attack", "detector", *(f"recall at {rate:g}" for rate in _RATES)]
         yield TypesetTable(label("matched", scenario, profile), caption, headings, ruled(lines))
 
 
