@@ -16,6 +16,7 @@ from gpsec.outcomes.places import ATTACK_BEGAN, DETECTED, LEFT_LANE
 from gpsec.outcomes.tables import whole
 from gpsec.report.figure_data import NEUTRAL, Figure, Series, group_name
 from gpsec.report.figures import defences_of, detectors_of
+from gpsec.report.formatting import figure
 from gpsec.running.results import Results
 from gpsec.types.constants import UNDEFENDED
 
@@ -158,7 +159,8 @@ def _streets(run: Results, scenario: str, lines: Sequence[dict[str, Any]], at: _
             drawn = [shape for edge in edges["edge"] for shape in shapes.get(str(edge), [])]
             if drawn:
                 x, y = _joined(drawn, at)
-                title = f"departures an hour driven: {edges[rate].min():.3g} to {edges[rate].max():.3g}"
+                least, most = figure(edges[rate].min()), figure(edges[rate].max())
+                title = f"departures an hour driven: {least}" + (f" to {most}" if most != least else "")
                 made.append(Series(title, "heat", x, y, colour=number, where=where))
     return made
 

@@ -122,6 +122,7 @@ def test_the_map_is_in_metres_about_its_middle(data):
     assert ", 2.6 s, 10.46528 52.2513" in said  # degrees east, then north
     heat = [one for one in series.values() if one["kind"] == "heat"]
     assert [one["where"]["defence"] for one in heat] == ["never+none"]
+    assert heat[0]["name"] == "departures an hour driven: 600"  # two in two times 6 s
     assert heat[0]["x"][:2] == pytest.approx([-50.0, 50.0], abs=1.0)  # the whole street
 
 
