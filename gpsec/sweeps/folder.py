@@ -1,7 +1,8 @@
 """The folder of a sweep: its list of simulations, and where everything else lies."""
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -107,7 +108,7 @@ def write_list(
         "parameters": parameters,
         "store": "store" if store is None else str(store.resolve()),
     }
-    with in_a_sentence(f"{path}: cannot be written"), whole(path / LIST) as partial:
+    with in_a_sentence(f"{path}: cannot be written"), _gone_where_it_fails(path), whole(path / LIST) as partial:
         with partial.open("w", encoding="utf-8") as file:
             file.write(json.dumps(head) + "\n")
             for task in tasks:
@@ -117,6 +118,19 @@ def write_list(
     found = read_folder(path, allow_code=allow_code)
     found.store.make()
     return found
+
+
+@contextmanager
+def _gone_where_it_fails(path: Path) -> Iterator[None]:
+    """Leave no empty folder where there was none, if the block fails: scenarios are read while the list is written."""
+    is_new = not path.exists()
+    try:
+        yield
+    except BaseException:
+        if is_new:
+            with suppress(OSError):
+                path.rmdir()
+        raise
 
 
 def read_folder(path: Path, *, allow_code: bool = False) -> SweepFolder:

@@ -107,6 +107,14 @@ def test_a_list_is_read_again_as_it_was_written(tmp_path: Path) -> None:
     assert folder.tasks(tasks[0].fingerprint) == [tasks[0], tasks[2]]
 
 
+def test_a_scenario_that_is_wrong_leaves_no_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "plan.toml"
+    path.write_text(ENTRY + "[entries.grid]\nplans.stealth.detla = [1.1]\n")
+    assert cli.main(["sweep", str(path), "--out", str(tmp_path / "made")]) == 2
+    assert "unknown key 'detla'" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == [path]
+
+
 def test_what_is_no_sweep_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "plan.toml"
     path.write_text(ENTRY)
