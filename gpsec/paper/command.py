@@ -10,10 +10,7 @@ from gpsec.core.progress import Progress, Report
 from gpsec.outcomes.paper import TABLES_II_TO_IV, PublishedRmse
 from gpsec.outcomes.tables import whole
 from gpsec.paper import figures, page, pool, tables
-from gpsec.paper.filter_consistency import TABLE, evaluate, gather
-from gpsec.paper.pinning import pin
-from gpsec.paper.runs import RUNS, Runs, run_missing, write_runs
-from gpsec.paper.studies import (
+from gpsec.paper.design import (
     CONSTANT_BIAS,
     CROWDED,
     EVALUATION,
@@ -24,8 +21,11 @@ from gpsec.paper.studies import (
     SIMULATED,
     STEALTH,
     TRAINING,
-    Studies,
 )
+from gpsec.paper.filter_consistency import TABLE, evaluate, gather
+from gpsec.paper.pinning import pin
+from gpsec.paper.runs import RUNS, Runs, run_missing, write_runs
+from gpsec.paper.studies import Studies
 from gpsec.sensors.registry import PROFILES
 
 TABLE_ATTACKS = {CONSTANT_BIAS: CONSTANT_BIAS, STEALTH: STEALTH}

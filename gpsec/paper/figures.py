@@ -8,10 +8,7 @@ import numpy as np
 import pandas as pd
 
 from gpsec.paper import contexts, pool, vehicle
-from gpsec.paper.plotting import LINE_COLOURS, Axes, canvas, draw_curve
-from gpsec.paper.pool import Estimate
-from gpsec.paper.runs import Runs
-from gpsec.paper.studies import (
+from gpsec.paper.design import (
     CONSTANT_BIAS,
     CONSUMER_BIASES_M,
     CROWDED,
@@ -24,6 +21,9 @@ from gpsec.paper.studies import (
     SLOW_STEALTH,
     STEALTH,
 )
+from gpsec.paper.plotting import LINE_COLOURS, Axes, canvas, draw_curve
+from gpsec.paper.pool import Estimate
+from gpsec.paper.runs import Runs
 from gpsec.paper.tables import scored
 from gpsec.scenario.choices import BOUNDS
 from gpsec.types.constants import MODELLED, UNDEFENDED

@@ -4,7 +4,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import astuple
 
 from gpsec.outcomes.paper import detection_like
-from gpsec.paper.studies import CONSTANT_BIAS, SET_UPS, STEALTH, TABLE_I_DETECTORS
+from gpsec.paper.design import (
+    CONSTANT_BIAS,
+    SET_UPS,
+    STEALTH,
+    TABLE_I_DETECTORS,
+)
 from gpsec.paper.tables import METRICS, WRITTEN, PaperRow, at
 
 _HEADINGS = {"cusum": "CUSUM", "isolation_forest": "isolation forest", "lstm": "LSTM (Eq 10)", "lstm_glr": "LSTM GLR"}

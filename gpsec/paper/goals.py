@@ -6,7 +6,13 @@ from dataclasses import astuple, dataclass
 import pandas as pd
 
 from gpsec.outcomes.paper import TABLES_II_TO_IV, detection_like
-from gpsec.paper.studies import AS_WRITTEN, CONSTANT_BIAS, SET_UPS, SLOW_STEALTH, STEALTH
+from gpsec.paper.design import (
+    AS_WRITTEN,
+    CONSTANT_BIAS,
+    SET_UPS,
+    SLOW_STEALTH,
+    STEALTH,
+)
 from gpsec.paper.tables import JOINT, LEARNED, METRICS, SIMULATOR, WRITTEN, PaperRow, at
 from gpsec.types.points import PER_SAMPLE
 

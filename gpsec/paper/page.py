@@ -7,9 +7,7 @@ import pandas as pd
 
 from gpsec.core.version import __version__
 from gpsec.outcomes.tables import whole
-from gpsec.paper.form import table_one_form
-from gpsec.paper.goals import Goal, goals
-from gpsec.paper.studies import (
+from gpsec.paper.design import (
     EVALUATION,
     GAMMA_M,
     PIN_NETWORK,
@@ -20,6 +18,8 @@ from gpsec.paper.studies import (
     TRAINING,
     Pinned,
 )
+from gpsec.paper.form import table_one_form
+from gpsec.paper.goals import Goal, goals
 from gpsec.paper.tables import PaperRow
 
 _TITLES = {

@@ -8,7 +8,13 @@ import numpy as np
 from gpsec.core.errors import GpsecError
 from gpsec.outcomes.paper import TABLE_I
 from gpsec.paper import pool
-from gpsec.paper.studies import NONE, PIN_DELTAS, SET_UPS, Pinned, target_m
+from gpsec.paper.design import (
+    NONE,
+    PIN_DELTAS,
+    SET_UPS,
+    Pinned,
+    target_m,
+)
 
 # Whose delay is made the paper's: a baseline's, so that the LSTM's own is a result.
 ANCHOR = "isolation_forest"

@@ -7,8 +7,11 @@ from pathlib import Path
 
 from gpsec.core.progress import Report
 from gpsec.outcomes.tables import whole
+from gpsec.paper.design import (
+    Group,
+    Pinned,
+)
 from gpsec.paper.pool import BOOTSTRAP
-from gpsec.paper.studies import Group, Pinned
 from gpsec.running.workers import Run, run_scenarios
 from gpsec.scenario import Scenario
 from gpsec.types.constants import MANIFEST

@@ -8,98 +8,43 @@ the paper leaves open are pinned on the training networks before anything is sco
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from gpsec.localization.registry import RESPONSES
-from gpsec.outcomes.paper import TABLES_II_TO_IV
+from gpsec.paper.design import (
+    AS_WRITTEN,
+    CONSUMER_BIASES_M,
+    CROWDED,
+    CURVE_DELTAS,
+    DIRECTIONS_DEG,
+    EVALUATION,
+    FURTHER_RATES,
+    NONE,
+    ODOMETER_FACTORS,
+    ODOMETER_PROFILE,
+    PAPER,
+    PIN_DELTAS,
+    PIN_NETWORK,
+    PIN_SEEDS,
+    SEEDS,
+    SET_UPS,
+    SIMULATED,
+    SLOW_DELTA,
+    SLOW_STEALTH,
+    TABLE_I_DETECTORS,
+    TRAINING,
+    Group,
+    Pinned,
+    PlanTable,
+    as_written,
+    constant,
+    lane_alias,
+    pinned_plans,
+    stealth,
+    target_m,
+)
 from gpsec.scenario import Scenario, load_scenario
 from gpsec.scenario.choices import detectors, has_rate
 from gpsec.types.points import HEADLINE_RATE, PER_SAMPLE
-
-# Sensor profile -> the network of ours that is like the paper's set-up.
-SET_UPS = {table.profile: table.scenarios[0] for table in TABLES_II_TO_IV}
-TRAINING = ("mountain", "suburb", "beltway")
-EVALUATION = ("slow_curve", "sharp_turns", "town", "highway")
-# Those of them with roads of several lanes.
-CROWDED = ("town", "highway")
-# Traffic and noise; `gpsec train` uses seeds below ten.
-SEEDS = (101, 102, 103)
-# On the one training network that is, like the paper's roads, without junctions: an attack that begins inside one
-# is seen behind it, so that mean delays would tell of junctions.
-PIN_NETWORK, PIN_SEEDS = "mountain", (99, 100)
-
-FURTHER_RATES = ("1e-4/sample", "1/h", "0.1/h")
-
-# Stealth (Eqs 8-9): γ is stated, far below any sensor's noise; δ is pinned. The slow one is for what a filter absorbs.
-GAMMA_M = 0.02
-SLOW_DELTA = 1.05
-PIN_DELTAS = (1.1, 1.2, 1.3, 1.4, 1.6, 1.8, 2.0)
-CURVE_DELTAS = (1.03, 1.05, 1.1, 1.15, 1.2, 1.3, 1.5, 2.0)
-DIRECTIONS_DEG = (0, 15, 30, 45, 60, 90)
-CONSUMER_BIASES_M = (2.4, 5.0, 10.0)
-
-CONSTANT_BIAS, STEALTH, SLOW_STEALTH, LANE_ALIAS = "constant_bias", "stealth", "slow_stealth", "lane_alias"
-
-PlanTable = dict[str, Any]
-# What a set of runs is for: a word, then profile and rate, or association and network.
-Group = tuple[str, ...]
-NONE = ("never", "none")
-# Our form of the paper's detector with the paper's response.
-PAPER = ("lstm_glr", "ukf")
-# The paper as written: Eq 10, and the EKF and UKF of two states, with the nearest lane and a bias of equal parts.
-AS_WRITTEN = ("lstm", "ukf")
-# The detectors of its Table I.
-TABLE_I_DETECTORS = ("cusum", "isolation_forest", "lstm")
-# Its first two set-ups, as the simulators give them.
-SIMULATED = {"dsd": "dsd_sim", "carla": "carla_sim"}
-# On the scale error of the odometer of `dsd` (0.5 %), and on its white noise.
-ODOMETER_PROFILE = "dsd"
-ODOMETER_FACTORS = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0)
-
-
-@dataclass(frozen=True)
-class Pinned:
-    """What is chosen on the training networks, for each profile.
-
-    Attributes:
-        delta: at which the isolation forest's mean delay is the paper's.
-        bias_m: at which the undefended RMSE is the paper's.
-    """
-
-    delta: Mapping[str, float]
-    bias_m: Mapping[str, float]
-
-
-def target_m(profile: str) -> float:
-    """Return the paper's undefended RMSE_xy.
-
-    Its x and y do not agree with its xy for CARLA (√(2.41² + 2.38²) = 3.39, the table has 4.789); x and y are taken.
-    """
-    x, y, _ = next(table.undefended_m for table in TABLES_II_TO_IV if table.profile == profile)
-    return float((x * x + y * y) ** 0.5)
-
-
-def constant(bias_m: float, name: str = CONSTANT_BIAS, direction_deg: float = 90.0) -> PlanTable:
-    """Return a plan of a constant bias in the lane's frame (Eq 7), to the left or to the right."""
-    return _plan("constant_bias", name, bias_m=float(bias_m), direction_deg=float(direction_deg))
-
-
-def stealth(delta: float, name: str = STEALTH) -> PlanTable:
-    """Return a plan of stealth across the lane (Eqs 8-9)."""
-    return _plan("stealth", name, gamma_m=GAMMA_M, delta=float(delta))
-
-
-def as_written(delta: float, bias_m: float) -> list[PlanTable]:
-    """Return plans of a constant bias and of stealth with equal parts to the east and to the north.
-
-    In the paper's Tables II to IV the undefended errors in x and y are alike.
-    """
-    equal: PlanTable = {"frame": "world", "direction_deg": 45.0, "side": "as_given"}
-    return [constant(bias_m) | equal, stealth(delta) | equal]
-
-
-def _plan(attack: str, name: str, **parameters: float) -> PlanTable:
-    return {"attack": attack, "name": name, "share": 1.0} | parameters
 
 
 @dataclass(frozen=True)
@@ -172,7 +117,7 @@ class Studies:
 
     def main(self, profile: str, pinned: Pinned) -> list[Scenario]:
         """Return the runs of Table I and of one of Tables II-IV: every defence, attacks as pinned."""
-        plans = [*_pinned_plans(pinned, profile), stealth(SLOW_DELTA, SLOW_STEALTH)]
+        plans = [*pinned_plans(pinned, profile), stealth(SLOW_DELTA, SLOW_STEALTH)]
         return [
             self._make(f"main-{profile}-{seed}", SET_UPS[profile], profile, seed, plans, _all_defences())
             for seed in self.seeds
@@ -180,7 +125,7 @@ class Studies:
 
     def nearest(self, profile: str, pinned: Pinned) -> list[Scenario]:
         """Return the same with the paper's nearest-lane association, for Table I."""
-        plans = _pinned_plans(pinned, profile)
+        plans = pinned_plans(pinned, profile)
         return [
             self._make(
                 f"nearest-{profile}-{seed}",
@@ -231,7 +176,7 @@ class Studies:
 
     def at_rate(self, profile: str, rate: str, pinned: Pinned) -> list[Scenario]:
         """Return the runs of Table I with thresholds of another false-alarm rate."""
-        plans = [*_pinned_plans(pinned, profile), stealth(SLOW_DELTA, SLOW_STEALTH)]
+        plans = [*pinned_plans(pinned, profile), stealth(SLOW_DELTA, SLOW_STEALTH)]
         label = rate.replace("/", "-per-")
         return [
             self._make(
@@ -248,8 +193,8 @@ class Studies:
 
     def mixed(self, network: str, pinned: Pinned, association: str = "tracked") -> Scenario:
         """Return a run whose fleet is a third of each profile; every profile's attacks are there under its name."""
-        plans = [plan for profile in SET_UPS for plan in _pinned_plans(pinned, profile, f"_{profile}")]
-        plans.append(_plan("lane_alias", LANE_ALIAS))
+        plans = [plan for profile in SET_UPS for plan in pinned_plans(pinned, profile, f"_{profile}")]
+        plans.append(lane_alias())
         return self._make(
             f"mixed-{association}-{network}",
             network,
@@ -289,7 +234,7 @@ class Studies:
             SET_UPS[profile],
             profile,
             SEEDS[0],
-            _pinned_plans(pinned, profile),
+            pinned_plans(pinned, profile),
             [NONE, *[("lstm_glr", name) for name in _isolating()]],
             _Settings(duration_s=120.0, equipped_share=0.1, log_steps=True),
         )
@@ -301,7 +246,7 @@ class Studies:
             "town",
             "carla",
             SEEDS[0],
-            _pinned_plans(pinned, "carla"),
+            pinned_plans(pinned, "carla"),
             [NONE, PAPER],
             _Settings(duration_s=150.0, equipped_share=0.25, log_steps=True),
         )
@@ -349,13 +294,6 @@ def _defence(detector: str, response: str, rate: str) -> dict[str, str]:
 
 def _thirds() -> dict[str, float]:
     return dict.fromkeys(SET_UPS, 1.0 / len(SET_UPS))
-
-
-def _pinned_plans(pinned: Pinned, profile: str, suffix: str = "") -> list[PlanTable]:
-    return [
-        constant(pinned.bias_m[profile], f"{CONSTANT_BIAS}{suffix}"),
-        stealth(pinned.delta[profile], f"{STEALTH}{suffix}"),
-    ]
 
 
 def _isolating() -> list[str]:

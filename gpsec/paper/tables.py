@@ -10,8 +10,7 @@ from gpsec.detection.calibration import RATES
 from gpsec.outcomes.paper import PublishedRmse, detection_like
 from gpsec.outcomes.tables import FLOAT_FORMAT, whole
 from gpsec.paper import pool
-from gpsec.paper.pool import Estimate
-from gpsec.paper.studies import (
+from gpsec.paper.design import (
     AS_WRITTEN,
     CONSTANT_BIAS,
     LANE_ALIAS,
@@ -22,6 +21,7 @@ from gpsec.paper.studies import (
     STEALTH,
     Pinned,
 )
+from gpsec.paper.pool import Estimate
 from gpsec.types.constants import ASSOCIATIONS
 from gpsec.types.points import PER_SAMPLE
 

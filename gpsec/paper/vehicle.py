@@ -11,9 +11,12 @@ from pyarrow import parquet
 from gpsec.core.errors import GpsecError
 from gpsec.hdmap.map import load_map
 from gpsec.outcomes.tables import STEP_LOG, read_table
+from gpsec.paper.design import (
+    NONE,
+    PAPER,
+)
 from gpsec.paper.plotting import LINE_COLOURS, canvas
 from gpsec.paper.pool import named_plainly
-from gpsec.paper.studies import NONE, PAPER
 from gpsec.scenario import Scenario
 from gpsec.scenario.choices import BOUNDS
 from gpsec.scenario.traffic import sumo_options

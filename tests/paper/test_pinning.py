@@ -3,7 +3,11 @@ import pytest
 
 from gpsec.core.errors import GpsecError
 from gpsec.paper import pinning, pool
-from gpsec.paper.studies import PIN_DELTAS, SET_UPS, target_m
+from gpsec.paper.design import (
+    PIN_DELTAS,
+    SET_UPS,
+    target_m,
+)
 
 
 def test_the_crossing_is_interpolated():

@@ -12,8 +12,13 @@ import pytest
 from gpsec.outcomes.paper import TABLES_II_TO_IV
 from gpsec.paper import pool, tables
 from gpsec.paper.command import TABLE_ATTACKS
+from gpsec.paper.design import (
+    NONE,
+    PAPER,
+    Pinned,
+)
 from gpsec.paper.runs import run_missing
-from gpsec.paper.studies import NONE, PAPER, Pinned, Studies
+from gpsec.paper.studies import Studies
 from gpsec.scenario import Scenario
 
 ROOT = Path(__file__).parents[2]

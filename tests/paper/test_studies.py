@@ -1,6 +1,6 @@
 from pathlib import Path
 
-from gpsec.paper.studies import (
+from gpsec.paper.design import (
     AS_WRITTEN,
     EVALUATION,
     NONE,
@@ -11,8 +11,8 @@ from gpsec.paper.studies import (
     SIMULATED,
     TRAINING,
     Pinned,
-    Studies,
 )
+from gpsec.paper.studies import Studies
 from gpsec.training import NETWORKS
 
 STUDIES = Studies(Path(__file__).parents[2] / "scenarios")
