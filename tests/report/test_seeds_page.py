@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 
 import pytest
 
@@ -13,15 +14,20 @@ from gpsec.running.results import load
 from .conftest import write_run
 
 
+def _of_seed_2(found):
+    return found[0].replace("1", "2")
+
+
 @pytest.fixture(scope="module")
 def text(tmp_path_factory):
     here = tmp_path_factory.mktemp("seeds")
-    folders = [write_run(here / name, name, log=False) for name in ("lane-seed-1", "lane-seed-2")]
-    for seed, folder in enumerate(folders, start=1):
-        (stated,) = json.loads((folder / "manifest.json").read_text("utf-8"))["scenarios"]
-        (folder / "manifest.json").write_text(json.dumps(stated | {"seed": seed}))
-        for path in folder.glob("*.csv"):
-            path.write_text(path.read_text("utf-8").replace(f"seed-{seed},1,", f"seed-{seed},{seed},"))
+    first = write_run(here / "lane-seed-1", "lane-seed-1", log=False)
+    (stated,) = json.loads((first / "manifest.json").read_text("utf-8"))["scenarios"]
+    (first / "manifest.json").write_text(json.dumps(stated))
+    second = shutil.copytree(first, here / "lane-seed-2")
+    for path in (second / "manifest.json", *second.glob("*.csv")):
+        path.write_text(re.sub('seed-1(,1,)?|(?<=seed": )1', _of_seed_2, path.read_text("utf-8")))
+    folders = [first, second]
     out = here / "out"
     out.mkdir()
     merge(folders, out)
