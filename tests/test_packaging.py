@@ -51,7 +51,12 @@ def test_the_wheel_has_every_scenario_and_net_as_they_are_here_and_no_code_of_th
             if path.suffix in {".xml", ".toml", ".sumocfg", ".netecfg", ".xodr"}:
                 assert packed[f"gpsec/data/{path.relative_to(repository)}"] == path.read_bytes()
     assert not [name for name in packed if name.startswith("gpsec/data") and name.endswith(".py")]
-    for needed in ("gpsec/py.typed", "gpsec/models/thresholds.json", "gpsec/models/carla-tracked.npz"):
+    for needed in (
+        "gpsec/data/results/reference/leaderboard.csv",
+        "gpsec/py.typed",
+        "gpsec/models/thresholds.json",
+        "gpsec/models/carla-tracked.npz",
+    ):
         assert needed in packed
     assert {Path(name).name for name in packed if name.startswith("gpsec/report/assets/")} == {
         path.name for path in (repository / "gpsec" / "report" / "assets").iterdir()

@@ -13,8 +13,16 @@ from gpsec.core.errors import GpsecError
 from gpsec.detection.chi_square import ChiSquare
 from gpsec.detection.logs import Grid, ResidualLog
 from gpsec.detection.plain import WindowDetector
-from gpsec.paper.leaderboard import LEADERBOARD, LEADERBOARD_COLUMNS, enter, read_leaderboard, suite_rows
-from gpsec.paper.suite import QUICK, STANDARD, Candidate, suite_runs
+from gpsec.detection.registry import DETECTORS
+from gpsec.paper.leaderboard import (
+    LEADERBOARD,
+    LEADERBOARD_COLUMNS,
+    enter,
+    read_leaderboard,
+    reference_leaderboard,
+    suite_rows,
+)
+from gpsec.paper.suite import AS_KNOWN, QUICK, STANDARD, Candidate, suite_runs
 from gpsec.paper.tryout import check_cost, look
 from gpsec.training import NETWORKS
 from tests.outcomes.test_dictionary import documented
@@ -115,6 +123,14 @@ def test_a_detector_takes_the_place_of_its_former_rows(tmp_path: Path) -> None:
     (tmp_path / LEADERBOARD).write_text("a,b\n1,2\n")
     with pytest.raises(GpsecError, match="expected a leaderboard with the columns of this version"):
         read_leaderboard(tmp_path / LEADERBOARD)
+
+
+def test_the_shipped_leaderboard_has_all_detectors_in_the_whole_suite() -> None:
+    table = read_leaderboard(reference_leaderboard())
+    assert set(table["suite"]) == {STANDARD.name}
+    assert set(table["detector"]) == set(DETECTORS) - {"never", "told"}
+    attackers = table[table["world"] == AS_KNOWN].groupby(["detector", "rate"])["attack"].agg(set)
+    assert attackers.map(lambda found: found == set(STANDARD.attacks)).all()
 
 
 @pytest.mark.parametrize(
