@@ -47,7 +47,7 @@ class FigureStore:
                 self._begun.add(key)
                 entries[key] = {"samples": [], "of": []}
             figure, entry = self._figures[key], entries[key]
-            samples = [*entry["samples"], round(sample.value, 4)]
+            samples = [*entry["samples"], round(float(sample.value), 4)]
             middle = spread(samples)
             entries[key] = {
                 "what": figure.what,
@@ -55,7 +55,7 @@ class FigureStore:
                 "goal": figure.wish or None,
                 "met": figure.met(middle["median"]),
                 "samples": samples,
-                "of": [*entry["of"], {name: round(value, 4) for name, value in sample.of.items()}],
+                "of": [*entry["of"], {name: round(float(value), 4) for name, value in sample.of.items()}],
                 "git_commit": self._commit,
             }
         self._content["figures"] = {key: entries[key] for key in self._figures if key in entries}

@@ -470,6 +470,7 @@ COMMANDS = [
     "search",
     "bench-detector",
     "dataset",
+    "judge",
     "image",
 ]
 

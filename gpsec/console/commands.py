@@ -13,6 +13,7 @@ from gpsec.console.dataset import dataset
 from gpsec.console.demand import demand
 from gpsec.console.image import image
 from gpsec.console.importing import import_
+from gpsec.console.judge import judge
 from gpsec.console.listing import list_
 from gpsec.console.new import new
 from gpsec.console.paper import paper
@@ -116,6 +117,7 @@ _COMMANDS: dict[str, Callable[..., int | None]] = {
     "search": search,
     "bench-detector": bench_detector,
     "dataset": dataset,
+    "judge": judge,
 }
 for _name, _command in _COMMANDS.items():
     app.command(_name)(_command)

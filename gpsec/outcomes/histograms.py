@@ -141,11 +141,32 @@ def matched(benign: Longs, attacked: Longs, allowed: float, events: Longs | None
     """
     above = np.cumsum(benign[::-1])[::-1] if events is None else events
     total = int(attacked.sum())
-    if allowed < FEWEST_EVENTS or not total or not benign.sum():
+    if not total or not benign.sum():
         return None
-    place = int(np.flatnonzero(np.append(above > allowed, False)).max(initial=-1)) + 1
-    lowest = np.append(lower_edges(), np.inf)
-    return MatchedThreshold(float(lowest[place]), float(attacked[place:].sum() / total))
+    place = _lowest_place(above, allowed)
+    if place is None:
+        return None
+    return MatchedThreshold(_lowest(place), float(attacked[place:].sum() / total))
+
+
+def lowest_threshold(above: Longs, allowed: float) -> float | None:
+    """Return the lowest threshold with at most `allowed` false alarms, None where these are too few to be told.
+
+    `above` (BINS,) has, for each bin, the samples in it and higher ones, or the alarms that a threshold at its lower
+    edge would raise.
+    """
+    place = _lowest_place(above, allowed)
+    return None if place is None else _lowest(place)
+
+
+def _lowest_place(above: Longs, allowed: float) -> int | None:
+    if allowed < FEWEST_EVENTS:
+        return None
+    return int(np.flatnonzero(np.append(above > allowed, False)).max(initial=-1)) + 1
+
+
+def _lowest(place: int) -> float:
+    return float(np.append(lower_edges(), np.inf)[place])
 
 
 def lower_edges() -> Floats:

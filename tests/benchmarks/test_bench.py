@@ -99,7 +99,7 @@ def test_the_store_has_median_extremes_and_samples_and_keeps_other_figures(tmp_p
     for value in (3.0, 1.0, 5.0):
         first.add({"one": Sample(value, {"made_of": value})}, {"read": [value]})
     second = FigureStore(path, (one, other), quick=False)
-    second.add({"other": Sample(7.0)}, {})
+    second.add({"other": Sample(np.float32(7.0), {"made_of": np.int64(7)})}, {})
     content = json.loads(path.read_text())
     entry = content["figures"]["one"]
     assert (entry["median"], entry["min"], entry["max"]) == (3.0, 1.0, 5.0)
