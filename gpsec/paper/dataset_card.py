@@ -96,7 +96,7 @@ def card(profile: str, runs: _Runs, files: _Files) -> str:
         "",
         "What they do is in gpsec's documentation of its attacks. None of them knows a detector: a figure from this",
         "dataset says nothing of attackers who know yours. `gpsec bench-detector` has those. `gpsec judge` sets",
-        "thresholds on scores of `calibration`, and counts what they do on `test`, as gpsec does for its own detectors.",
+        "thresholds on scores of `calibration` and counts what they do on `test`, as for its own detectors.",
         "",
         "## Provenance",
         "",
