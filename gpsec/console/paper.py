@@ -43,10 +43,7 @@ def _make(out: Path, scenarios: Path, quick: bool, jobs: int | None) -> None:
     from gpsec.console.terminal import messages
     from gpsec.core.threads import cores
     from gpsec.paper.command import make
-    from gpsec.paper.design import (
-        EVALUATION,
-        TRAINING,
-    )
+    from gpsec.paper.design import EVALUATION, TRAINING
     from gpsec.paper.runs import RUNS
     from gpsec.paper.studies import Studies
     from gpsec.running.workshop import occupied
