@@ -15,6 +15,8 @@ _FASTEST_MPS = 150.0
 _COURSE_RAD, _FACTOR = 0.5, 1.5
 # Slower than this, neither has a meaning.
 _MOVING_MPS, _TURNING_RPS = 2.0, 0.02
+# No gyro of a vehicle has such a bias (3°/s).
+_MOST_BIAS_RPS = 0.05
 
 
 def check_log(log: DriveLog) -> None:
@@ -145,7 +147,13 @@ def _check_ratio(log: DriveLog, name: str, found: float, known: float, unit: str
 
 
 def _check_rate(log: DriveLog, rate_rps: Floats, known_rps: Floats) -> None:
-    """Compare a yaw rate with the pose's where the vehicle turns, smoothed over what both can follow."""
+    """Compare a yaw rate with the pose's: on average, and where the vehicle turns, over what both can follow."""
+    off_rps = float(rate_rps.mean() - known_rps.mean())
+    if abs(off_rps) > _MOST_BIAS_RPS:
+        raise GpsecError(
+            f"{log.source}: yaw_rate: expected radians a second, counter-clockwise, found values that are {off_rps:.3g}"
+            " rad/s off the pose on average; degrees a second have a column called yaw_rate_dps"
+        )
     width = max(len(rate_rps) // 200, 1)
     window = np.ones(width) / width
     smooth = [

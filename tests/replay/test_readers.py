@@ -14,7 +14,7 @@ from gpsec.replay.errors import fix_errors, speed_errors, yaw_rate_errors
 from gpsec.replay.fcd import read_clock, steps
 from gpsec.replay.readers import choose_reader, content_digest, read_drive
 
-from .logs import comma_segment, csv_log, table, way
+from .logs import Way, comma_segment, csv_log, table, way
 
 
 def test_csv_gives_what_was_written(tmp_path):
@@ -152,6 +152,18 @@ def test_a_log_that_is_none_is_refused_in_a_sentence(tmp_path, name):
         read_drive(broken(change)(tmp_path), "csv")
     assert str(refused.value).startswith(str(tmp_path / "drive.csv"))
     assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("wrong", [np.degrees, np.negative])
+def test_a_rate_is_compared_in_a_steady_turn_too(tmp_path, wrong):
+    straight = way()
+    yaw = 0.04 * straight.time_s
+    round_it = Way(straight.time_s, 375 * np.sin(yaw), -375 * np.cos(yaw), yaw, straight.speed_mps, 0.0 * yaw + 0.04)
+    columns = table(round_it)
+    read_drive(csv_log(tmp_path, columns), "csv")
+    columns["yaw_rate_rps"] = wrong(columns["yaw_rate_rps"])
+    with pytest.raises(GpsecError, match=r"yaw_rate: expected radians a second, .* rad/s off the pose on average"):
+        read_drive(csv_log(tmp_path, columns), "csv")
 
 
 def test_a_segment_that_lacks_an_array_or_holds_something_else_is_refused(tmp_path):
