@@ -5,7 +5,9 @@ from math import atan, degrees
 import numpy as np
 import pytest
 
+from gpsec.imaging.pictures.birdseye import Marks
 from gpsec.imaging.pictures.camera import RoadCamera
+from gpsec.imaging.pictures.cubic import fit_lane
 from gpsec.imaging.pictures.lanes import LaneFinder
 from gpsec.imaging.pictures.scene import SeenBodies
 
@@ -66,3 +68,12 @@ def test_the_same_picture_gives_the_same_lane():
     picture = view(road(), 0.1)
     first, second = FINDER.find(picture, 3.5), LaneFinder(RoadCamera()).find(picture, 3.5)
     np.testing.assert_array_equal(first.poly, second.poly)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("number", [36, 386])  # two of 400 at which it was below zero
+def test_marks_at_one_place_never_have_a_variance_below_zero(number):
+    x = np.full(3, 6.0 + 0.1 * number)
+    left, right = (Marks(x, np.full(3, y), np.ones(3), np.full(3, 0.1)) for y in (1.8, -1.8))
+    fit = fit_lane(left, right, np.zeros(4), 3.6, 1.0 / 656.0)
+    assert fit is None or np.isfinite(fit.sigma_m)

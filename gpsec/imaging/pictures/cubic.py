@@ -78,7 +78,8 @@ def fit_lane(left: Marks, right: Marks, start: Floats, width_m: float, pixel_rad
         spread = 1.4826 * float(np.median(np.abs(rest[weight > 0.0] / sigma[weight > 0.0]))) if weight.any() else 1.0
         gone = np.abs(rest) / (sigma * max(4.0 * spread, 2.0))
     used = gone < 1.0
-    if not np.isfinite(solved).all() or not used.any():
+    # Of marks at hardly more than one place the inverse is rounding alone, and a variance may be below zero.
+    if not np.isfinite(solved).all() or not used.any() or not inverse[0, 0] >= 0.0:
         return None
     inflation = max(spread, 1.0) ** 2 * _ALIKE
     paint = tuple(float(both.row_m[used & (side == way)].sum()) for way in (1.0, -1.0))
