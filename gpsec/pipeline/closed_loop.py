@@ -8,20 +8,19 @@ from typing import Any
 import numpy as np
 
 from gpsec.attacks.base import unit_vectors
-from gpsec.core.arrays import Flags, Floats, Ints
+from gpsec.core.arrays import Flags, Ints
 from gpsec.core.geo import Projector
 from gpsec.core.noise import INJECTED_ALARM, uniforms
-from gpsec.encounters.encounters import SLOW_MPS, EncounterRules, Encounters, Met, People
-from gpsec.encounters.meeting import Kind
+from gpsec.encounters.encounters import EncounterRules, Encounters, Met, People
 from gpsec.hdmap.map import HDMap
-from gpsec.outcomes.displaced import reached
-from gpsec.outcomes.moments import Crash, RoadMoment
 from gpsec.outcomes.state import OFF_ROAD, OUT_OF_LANE
 from gpsec.outcomes.true_outcomes import TrueOutcomes, TrueStep
-from gpsec.outcomes.worlds import WRECK, WorldEnd, WorldKey, write_kept, write_world
+from gpsec.outcomes.worlds import WorldEnd, WorldKey, write_kept, write_world
+from gpsec.pipeline.collisions import KIND_NAMES, Collisions
 from gpsec.pipeline.kept import FleetNow, Kept
 from gpsec.pipeline.loop import Loop
 from gpsec.pipeline.on_the_road import numbers, people_of
+from gpsec.pipeline.road_state import RoadState
 from gpsec.scenario import Scenario
 from gpsec.scenario.worlds import can_steer
 from gpsec.steering.base import Follow
@@ -40,7 +39,6 @@ _SEEN_M = 0.3
 ON_PATH_M = 0.3
 # A larger surplus is counted: there SUMO's other vehicles do not see a vehicle where it is.
 SURPLUS_M = 0.3
-_KINDS = {int(kind): kind.name.lower() for kind in Kind}
 
 
 @dataclass(frozen=True)
@@ -65,7 +63,7 @@ class ClosedLoop:
         rate_per_h = world.false_alarms_per_h
         self._key = WorldKey(scenario.name, scenario.seed, world.plan, world.defence, reaction, rate_per_h)
         self._injected = rate_per_h * step_s / 3600.0  # probability in a step
-        self._acting, self._map, self._step_s, self._section = acting, hd_map, step_s, section
+        self._acting, self._step_s, self._section = acting, step_s, section
         self._able = np.array([can_steer(name) for name in profiles])
         self._steering = Steering(
             step_s,
@@ -77,18 +75,17 @@ class ClosedLoop:
         self._encounters = Encounters(EncounterRules(step_s, section.oncoming_reaction_s, section.wreck_s))
         self._happened = TrueOutcomes(step_s, 0.0)
         self._kept = Kept(hd_map, step_s)
-        self._state = _RoadState(len(hd_map.lane_ids))
+        self._state = RoadState(hd_map.sides)
         self._names: dict[int, str] = {}
-        self._collisions: list[dict[str, Any]] = []
+        self._collisions = Collisions(self._names, self._happened, self._kept)
         self._critical = [0, 0]
         self._surplus = [0, 0]
         self._carried: Carried | None = None
-        self._left_hand = bool(hd_map.sides.oncoming_right_m.sum() > hd_map.sides.oncoming_left_m.sum())
 
     def leave(self, frame: Frame) -> None:
         """Close the stories of who has left, and begin those of who has departed; before the loop takes the frame."""
         people = {row: self._names.pop(row) for row in frame.left}
-        self._happened.close(people, _KINDS)
+        self._happened.close(people, KIND_NAMES)
         self._happened.totals.arrived += len(people)
         new = np.array([departure.row for departure in frame.departures], np.int32)
         for departure in frame.departures:
@@ -117,8 +114,8 @@ class ClosedLoop:
         state.note(rows, frame.lane, carried)
         people = self._drivers(frame.step, rows, loop, answers)
         wishes = self._steering.update(frame.step, people)
-        found = self._reached(rows, loop)
         steered = self._steering.now
+        found = state.reached(rows, vehicles.width_m[rows], steered)
         driven = steered.driven[rows]
         off_path = (np.abs(steered.offset_m[rows]) > ON_PATH_M) | (steered.brake_mps2[rows] > 0.0)
         ours = (driven & off_path) | state.braking[rows]
@@ -148,24 +145,10 @@ class ClosedLoop:
             attacked=tracks.attacked[track] & able,
             alarm=alarm & able & tracks.settled[track],
             error_m=np.where(vehicles.against[rows], 0.0, error_m),
-            edge_m=self._edge_m(rows, loop),
+            edge_m=self._state.edge_m(rows, vehicles.width_m[rows]),
             speed_mps=vehicles.speed_mps[rows],
             wrecked=self._state.wrecked[rows],
         )
-
-    def _edge_m(self, rows: Ints, loop: Loop) -> Floats:
-        """Return (n,) where vehicles stop at the edge: half outside the outermost lane, or inside any other."""
-        sides, lane = self._map.sides, self._state.path[rows]
-        beyond_m = sides.same_left_m[lane] if self._left_hand else sides.same_right_m[lane]
-        inside_m = np.maximum(0.5 * (sides.width_m[lane] - loop.vehicles.width_m[rows]), 0.0)
-        far_m = np.where(beyond_m > 0.0, inside_m, 0.5 * sides.width_m[lane])
-        return far_m if self._left_hand else -far_m
-
-    def _reached(self, rows: Ints, loop: Loop) -> Flags:
-        steered = self._steering.now
-        meant = steered.driven[rows] & (steered.follow[rows] != Follow.EDGE)
-        offset_m = np.where(meant, steered.offset_m[rows], 0.0)
-        return reached(offset_m, loop.vehicles.width_m[rows], self._state.path[rows], self._map.sides)
 
     def _fleet_now(self, loop: Loop, answers: Answers, people: Drivers) -> FleetNow:
         rows, steered = people.rows, self._steering.now
@@ -182,8 +165,7 @@ class ClosedLoop:
     def _keep(self, frame: Frame, party: People, met: Met, fleet: FleetNow) -> None:
         """Write down the hits of a step, and keep what the report shows of it."""
         now = self._kept.moment(frame.time_s, party, fleet, met.wrecked)
-        for at in range(len(met.hits.first)):
-            self._collide(frame, now, met, at)
+        self._collisions.note(frame, met.hits, now, self._steering.now.offset_m)
         if self._kept.due(frame.step):
             self._kept.see(now)
 
@@ -207,46 +189,6 @@ class ClosedLoop:
         self._critical[1] += met.critical_drac
         self._surplus[0] += int((np.abs(frame.carried.surplus_m) > SURPLUS_M).sum()) if frame.carried else 0
         self._surplus[1] += len(wishes.rows)
-
-    def _collide(self, frame: Frame, now: RoadMoment, met: Met, at: int) -> None:
-        """Write down a hit, the attacked vehicle first where there is one."""
-        hits, count = met.hits, len(frame.rows)
-        pair = [int(hits.first[at]), int(hits.second[at])]
-        under = [place < count and self._happened.was_attacked(int(frame.rows[place])) for place in pair]
-        if under[1] and not under[0]:
-            pair, under = pair[::-1], under[::-1]
-        names = [self._name(frame, place) for place in pair]
-        steered = self._steering.now
-        offset_m = [float(steered.offset_m[frame.rows[place]]) if place < count else 0.0 for place in pair]
-        x_m, y_m = (float(np.mean(axis[pair])) for axis in (now.x_m, now.y_m))
-        kind, closing_mps = _KINDS[int(hits.kind[at])], float(hits.closing_mps[at])
-        slow = closing_mps < SLOW_MPS
-        if not slow and kind != WRECK:
-            self._kept.tell(Crash(kind, closing_mps, names, pair), now)
-        for place in pair:
-            if place < count and not slow:
-                self._happened.crash(frame.step, int(frame.rows[place]), int(hits.kind[at]))
-        self._collisions.append(
-            {
-                "time_s": frame.time_s,
-                "x_m": x_m,
-                "y_m": y_m,
-                "vehicle_id": names[0],
-                "other_id": names[1],
-                "kind": kind,
-                "closing_mps": closing_mps,
-                "attacked": under[0],
-                "other_attacked": under[1],
-                "displacement_m": offset_m[0],
-                "slow": slow,
-            }
-        )
-
-    def _name(self, frame: Frame, place: int) -> str:
-        count = len(frame.rows)
-        if place < count:
-            return self._names[int(frame.rows[place])]
-        return frame.carried.others.sumo_id[place - count] if frame.carried else ""
 
     def _commands(self, rows: Ints, found: Flags, wishes: Wishes, met: Met, carried: Carried) -> Commands:
         section, count = self._section, len(rows)
@@ -278,14 +220,12 @@ class ClosedLoop:
 
     def write(self, folder: Path, projector: Projector) -> Mapping[str, Any]:
         """Write the tables, after those of the run; return figures for the manifest."""
-        self._happened.close(dict(self._names), _KINDS)
+        self._happened.close(dict(self._names), KIND_NAMES)
         carried, totals = self._carried, self._happened.totals
-        for hit in self._collisions:
-            hit |= _degrees(projector, hit["x_m"], hit["y_m"])
         lost_s = carried.lost_s if carried else 0.0
         end = WorldEnd(
             totals=totals,
-            collisions=self._collisions,
+            collisions=self._collisions.rows(projector),
             stories=self._happened.stories,
             delay_s=lost_s / max(totals.vehicles, 1),
             ttc=self._critical[0],
@@ -322,29 +262,3 @@ def blind_off_the_lane(rows: Ints, vehicles: Vehicles) -> None:
     """
     off_m = np.abs(vehicles.camera_offset_m[rows]) - 0.5 * vehicles.lane_width_m[rows]
     vehicles.marked[rows] &= off_m <= _SEEN_M
-
-
-class _RoadState:
-    """What is kept of vehicle rows between steps: the lane of the path, and whether they are wrecks or brake."""
-
-    def __init__(self, lanes: int) -> None:
-        self.path = np.zeros(1, np.int32)
-        self.wrecked, self.braking = np.zeros(1, np.bool_), np.zeros(1, np.bool_)
-
-    def enter(self, rows: Ints) -> None:
-        """Begin anew in `rows`."""
-        more = max(0, 2 * (int(rows.max()) + 1) - len(self.path))
-        self.path = np.concatenate([self.path, np.zeros(more, np.int32)])
-        self.wrecked = np.concatenate([self.wrecked, np.zeros(more, np.bool_)])
-        self.braking = np.concatenate([self.braking, np.zeros(more, np.bool_)])
-        self.path[rows], self.wrecked[rows], self.braking[rows] = 0, False, False
-
-    def note(self, rows: Ints, lane: Ints, carried: Carried) -> None:
-        """Take the paths of a step: of who is steered that which is held, of others their lane."""
-        self.path[rows] = lane
-        self.path[carried.rows] = carried.path
-
-
-def _degrees(projector: Projector, x_m: float, y_m: float) -> dict[str, float]:
-    longitude, latitude = projector.to_lon_lat(np.array([x_m, y_m])).tolist()
-    return {"longitude": longitude, "latitude": latitude}
