@@ -18,7 +18,7 @@ from gpsec.traffic.source import Departure, Equip, Frame
 
 
 class SyntheticTraffic(OfflineTraffic):
-    """A recording of N vehicles as traffic of any number; implements `gpsec.pipeline.run.Traffic`.
+    """A recording of N vehicles as traffic of any number; implements `gpsec.pipeline.interfaces.Traffic`.
 
     Vehicles of the lowest rows are taken, as often as it needs to reach the number, under other ids: with other
     sensor noise, and attacks at other times. Few of the recording's vehicles are memory of the run.

@@ -122,7 +122,7 @@ MEASURED: Mapping[str, Column] = {
 
 
 class DatasetLog(ParquetLog):
-    """Writes a file of the dataset as a run goes on; implements `gpsec.pipeline.run.Onlooker`."""
+    """Writes a file of the dataset as a run goes on; implements `gpsec.pipeline.interfaces.Onlooker`."""
 
     def __init__(self, path: Path) -> None:
         """Begin the file, which has its name once the block has succeeded."""

@@ -168,7 +168,7 @@ def watched_run(scenario: Scenario, folder: Path, report: Report) -> None:
 
 
 class _Watcher:
-    """Looks at every statistic of a run; implements `gpsec.pipeline.run.Onlooker`."""
+    """Looks at every statistic of a run; implements `gpsec.pipeline.interfaces.Onlooker`."""
 
     def __init__(self, name: str) -> None:
         self._check = partial(check_statistics, name)

@@ -28,7 +28,7 @@ from gpsec.localization.world import World
 from gpsec.pipeline.batched import BatchedMethod
 from gpsec.pipeline.filter_noise import filter_noise
 from gpsec.pipeline.fleet_choice import FleetChoice, run_profiles
-from gpsec.pipeline.loop import LoopSettings, Move, follow_fronts
+from gpsec.pipeline.loop_settings import LoopSettings, Move, follow_fronts
 from gpsec.pipeline.mismatch import lane_mistakes, map_error, mismatch, tapes, visibility, zone_files
 from gpsec.pipeline.spoofers import placed_zones
 from gpsec.scenario import Scenario

@@ -59,7 +59,7 @@ class LiveRun:
 
 
 class Live:
-    """Tells the window after each step what is to be seen; a `gpsec.pipeline.run.Onlooker`."""
+    """Tells the window after each step what is to be seen; a `gpsec.pipeline.interfaces.Onlooker`."""
 
     def __init__(self, plan: str | None, defence: str | None, delay_ms: float, *, controlled: bool = False) -> None:
         self._asked = plan, defence

@@ -1,89 +1,28 @@
 """The fleet in motion: vehicles come and go, are sensed and spoofed; each vehicle × plan is a track."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
-from gpsec.attacks.base import Victims
-from gpsec.attacks.knowledge import new_history, note_deviation, past_fixes, record_fixes
-from gpsec.attacks.probing import Probe, Probed, Probes, Question, asks_nobody
-from gpsec.attacks.schedule import NEVER, Clock, Plan, Schedule, needed_memory_s
+from gpsec.attacks.knowledge import note_deviation
+from gpsec.attacks.schedule import NEVER, Clock, Plan, Schedule
 from gpsec.core import noise
-from gpsec.core.arrays import Flags, Floats, Ints
+from gpsec.core.arrays import Ints
 from gpsec.core.stopwatch import Stopwatch
 from gpsec.core.tables import Slots, Table
 from gpsec.core.threads import Threads
 from gpsec.hdmap.locating import locate
-from gpsec.hdmap.map import HDMap
 from gpsec.outcomes.recorder import Outcomes
 from gpsec.outcomes.samples import SampleTable
-from gpsec.sensors.sense import Sensors
-from gpsec.sensors.shared_errors import SharedErrors
-from gpsec.sensors.visibility import Visibility
-from gpsec.traffic.body import advance, axle_distance
-from gpsec.traffic.source import Departure, Frame
-from gpsec.types.camera import NO_MISTAKES, LaneMistakes
+from gpsec.pipeline.loop_settings import LoopSettings
+from gpsec.pipeline.perception import StepInputs
+from gpsec.pipeline.spoofing import Spoofing
+from gpsec.traffic.body import axle_distance
+from gpsec.traffic.source import Frame
 from gpsec.types.method import Method
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Identity, Measurements, Vehicles
-
-if TYPE_CHECKING:
-    from gpsec.pipeline.pixels import PixelCameras
-
-# Moves the bodies of a frame over a step of that length.
-Move = Callable[[Frame, float, Vehicles], None]
-
-
-# Changes what the cameras of vehicle rows see.
-LookChange = Callable[[Ints, Vehicles], None]
-
-
-def follow_fronts(frame: Frame, step_s: float, vehicles: Vehicles) -> None:
-    """Let the bodies follow the front points of a frame."""
-    advance(frame.rows, frame.front_m, step_s, vehicles)
-
-
-@dataclass(frozen=True)
-class LoopSettings:
-    """What vehicles drive on, what they carry, and since when.
-
-    Attributes:
-        seed: of all noise.
-        step_s: length of a step; step k ends at origin_s + k·step_s of simulated time.
-        origin_s: see there.
-        settle_s: time from departure until a vehicle is scored and may be attacked.
-        hd_map: the roads, with a layer for the map spacing of each profile.
-        sensors: of the profiles of the run.
-        profile_of: gives the index of the sensor profile of a vehicle that departs.
-        shared: what is added to all fixes, None for nothing.
-        mistakes: how cameras err about the lane that they show.
-        visibility: what cameras see by place, None where they lose markings by the clock.
-        pixels: whose lanes come from pictures, None for nobody's.
-        move: how bodies move.
-        look: changes what cameras see, once the bodies are placed.
-        forks: a plan's track is forked from the benign one; otherwise it takes its place, since there is only one plan
-            and the attack changes where the vehicle drives.
-        targets: by the name of a plan, the columns of the operating points that its attacker looks at.
-
-    """
-
-    seed: int
-    step_s: float
-    origin_s: float
-    settle_s: float
-    hd_map: HDMap
-    sensors: Sensors
-    profile_of: Callable[[Departure], int]
-    shared: SharedErrors | None = None
-    mistakes: LaneMistakes = NO_MISTAKES
-    visibility: Visibility | None = None
-    pixels: "PixelCameras | None" = None
-    move: Move = follow_fronts
-    look: LookChange | None = None
-    forks: bool = True
-    targets: Mapping[str, Ints] = field(default_factory=dict)
 
 
 class Loop:
@@ -116,7 +55,6 @@ class Loop:
         self._seed = settings.seed
         self._clock = Clock(settings.step_s, settings.origin_s)
         self._settle_steps = int(np.ceil(settings.settle_s / settings.step_s - 1e-6))
-        self._map = settings.hd_map
         self._roads = settings.hd_map.roads(np.zeros(1, np.int32))
         self._mistakes = settings.mistakes
         self._move = settings.move
@@ -128,12 +66,11 @@ class Loop:
         self._shared = settings.shared
         self._common = None if self._shared is None else self._shared.new_state()
         self._profile_of = settings.profile_of
-        self._plans, self._targets = list(plans), settings.targets
+        self._plans = list(plans)
         self._schedules = [Table(Schedule) for _ in plans]
         # Before it, no attack of a plan begins or ends.
         self._due_step = [NEVER] * len(self._plans)
-        self._attack_states = [plan.attack.new_state(1) for plan in plans]
-        self._history = new_history(1, needed_memory_s(plans), settings.step_s)
+        self._spoofing = Spoofing(settings, self._plans, method)
         self._method = method
         self._outcomes = outcomes
         self._threads = threads or Threads(1)
@@ -179,10 +116,11 @@ class Loop:
             self.eyes.show(vehicles, self.seen)
         if self._shared is not None and self._common is not None:
             self._shared.disturb(self._common.now, rows, frame.step, vehicles, self.seen)
-        record_fixes(rows, frame.step, self.seen.fix_m, self.seen.fix_valid, self._history.now)
+        self._spoofing.note_fixes(rows, frame.step, self.seen)
         self._watch.lap("sensors")
         self._move_plans(frame)
-        self._spoof(frame.step)
+        inputs = StepInputs(frame.step, self.tracks, vehicles, self.seen, self._threads)
+        self._spoofing.spoof(self.track_rows, inputs)
         self._watch.lap("attacks")
         self._method.step(frame.step, self.track_rows, self.tracks, vehicles, self.seen, self._threads, self._watch)
         estimate_m = self._method.answers.estimate_m
@@ -290,59 +228,8 @@ class Loop:
         tracks.attacked[forked] = True
         tracks.start_step[forked] = step
         for number in begun:
-            self._attack_states[number - 1].reset(forked[tracks.plan[forked] == number])
+            self._spoofing.begin(number, forked[tracks.plan[forked] == number])
         self._refresh_rows()
-
-    def _spoof(self, step: int) -> None:
-        tracks, vehicles, seen = self.tracks, self.vehicles, self.seen
-        rows = self.track_rows
-        tracks.fix_m[rows] = seen.fix_m[tracks.vehicle[rows]]
-        tracks.fix_valid[rows] = seen.fix_valid[tracks.vehicle[rows]]
-        attacked = rows[tracks.attacked[rows]]
-        plan_of, left, right = tracks.plan[attacked], *self._lanes_beside(tracks.vehicle[attacked])
-        for number in sorted(set(plan_of.tolist())):
-            plan, of_it = self._plans[number - 1], plan_of == number
-            chosen = attacked[of_it]
-            vehicle = tracks.vehicle[chosen]
-            victims = Victims(
-                rows=chosen,
-                key=vehicles.key[vehicle],
-                step=step,
-                step_s=self._clock.step_s,
-                elapsed_s=(step - tracks.start_step[chosen]) * self._clock.step_s,
-                fix_m=seen.fix_m[vehicle],
-                fix_valid=seen.fix_valid[vehicle],
-                lane_yaw_rad=vehicles.lane_yaw_rad[vehicle],
-                lane_width_m=vehicles.lane_width_m[vehicle],
-                left_lane=left[of_it],
-                right_lane=right[of_it],
-                blind=~vehicles.marked[vehicle],
-                deviation_m=tracks.deviation_m[chosen],
-                past_fix=past_fixes(self._history.now, vehicle, step, self._clock.step_s),
-                probe=self._probe(step, plan, chosen),
-            )
-            spoofed = plan.attack.apply(victims, self._attack_states[number - 1].now)
-            tracks.fix_m[chosen] = spoofed.fix_m
-            tracks.fix_valid[chosen] = spoofed.valid
-
-    def _probe(self, step: int, plan: Plan, rows: Ints) -> Probe:
-        """Return what answers an attacker of the track rows `rows` who knows detectors."""
-        known, method = plan.attack.known(), self._method
-        if known is None or not isinstance(method, Probes):
-            return asks_nobody
-        columns = self._targets[plan.name]
-
-        def probe(moved_m: Floats) -> Probed:
-            asked = Question(rows, moved_m, columns, known.own_copy)
-            return method.probe(step, asked, self.tracks, self.vehicles, self.seen, self._threads)
-
-        return probe
-
-    def _lanes_beside(self, vehicle: Ints) -> tuple[Flags, Flags]:
-        """Return whether (n,) vehicle rows have a lane of either direction to their left, and to their right."""
-        lane, against = self.vehicles.lane[vehicle], self.vehicles.against[vehicle]
-        left, right = self._map.beside(lane, left=True), self._map.beside(lane, left=False)
-        return np.where(against, right, left), np.where(against, left, right)
 
     def _track(self, vehicle_row: int, plan: int) -> int:
         return next(track for track in self._tracks_of[vehicle_row] if self.tracks.plan[track] == plan)
@@ -354,8 +241,7 @@ class Loop:
             for table in self._track_states():
                 table.grow(capacity)
             self._method.grow(capacity)
-            for state in self._attack_states:
-                state.grow(capacity)
+            self._spoofing.grow(capacity)
             self._used = np.concatenate([self._used, np.zeros(capacity - len(self._used), np.bool_)])
         for vehicle, track in zip(vehicle_rows.tolist(), taken, strict=True):
             self._tracks_of[vehicle].append(track)
@@ -372,7 +258,7 @@ class Loop:
         self.track_rows = np.flatnonzero(self._used).astype(np.int32)
 
     def _vehicle_states(self) -> list[Table[Any]]:
-        return [self._vehicles, self._seen, self._sensor_state, self._history, *self._schedules]
+        return [self._vehicles, self._seen, self._sensor_state, self._spoofing.history, *self._schedules]
 
     def _track_states(self) -> list[Table[Any] | SampleTable]:
         return [self._tracks] if self._outcomes is None else [self._tracks, *self._outcomes.tables()]

@@ -1,12 +1,11 @@
 """The one loop: traffic, truth, sensors, attacks, residual, detectors, filters, outcomes."""
 
-from collections.abc import Callable, Collection, Iterator, Mapping
-from contextlib import AbstractContextManager, ExitStack
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Iterator
+from contextlib import ExitStack
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from time import perf_counter
-from typing import Protocol
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -21,7 +20,6 @@ from gpsec.detection.base import Detection
 from gpsec.outcomes.kept_traces import KeptTraces
 from gpsec.outcomes.lanes import honest_shares
 from gpsec.outcomes.recorder import Outcomes
-from gpsec.outcomes.state import OutcomeState
 from gpsec.outcomes.steps import StepLog
 from gpsec.outcomes.study import Study
 from gpsec.outcomes.tables import STEP_LOG, TRACES
@@ -37,7 +35,9 @@ from gpsec.pipeline.build import (
 )
 from gpsec.pipeline.closed_loop import Acting, ClosedLoop, blind_off_the_lane
 from gpsec.pipeline.fleet_choice import Few
-from gpsec.pipeline.loop import Loop, Move
+from gpsec.pipeline.interfaces import Onlooker, StartTraffic, Traffic
+from gpsec.pipeline.logged_run import LoggedRun
+from gpsec.pipeline.loop import Loop
 from gpsec.pipeline.manifest import Counts, write_manifest
 from gpsec.pipeline.mapfile import write_map
 from gpsec.pipeline.mismatch import make_shared_errors, mismatch_note
@@ -45,71 +45,8 @@ from gpsec.pipeline.probing import target_columns
 from gpsec.pipeline.remarks import Remarks, beforehand
 from gpsec.scenario import Scenario
 from gpsec.scenario.worlds import can_steer
-from gpsec.sensors.sense import Sensors
-from gpsec.traffic.commands import Commands
-from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.remote import RemoteSession
-from gpsec.traffic.source import Equip, TrafficSource
 from gpsec.traffic.stderr import input_warnings
-from gpsec.traffic.zones import ZoneSource
-from gpsec.types.vehicles import Identity
-
-
-class Traffic(TrafficSource, ZoneSource, AbstractContextManager["Traffic"], Protocol):
-    """What a run asks of its traffic.
-
-    Attributes:
-        warnings: of the simulation, once closed.
-
-    """
-
-    warnings: list[str]
-
-    def command(self, commands: Commands) -> None:
-        """Say what is to be done with vehicles after the last step, where they are steered."""
-        ...
-
-    @property
-    def traffic_only(self) -> Mapping[str, int]:
-        """Vehicles of each SUMO class that is never equipped, once the frames are over."""
-        ...
-
-
-class Onlooker(Protocol):
-    """Whoever looks on while a scenario runs."""
-
-    def begin(self, study: Study) -> None:
-        """Learn what is compared, before the first step."""
-        ...
-
-    def see(self, view: StepView, outcomes: OutcomeState, fleet: Mapping[int, Identity]) -> None:
-        """Look at a step, and at who each vehicle row stands for."""
-        ...
-
-
-@dataclass(frozen=True)
-class LoggedRun:
-    """What a log has in the place of what is simulated.
-
-    Attributes:
-        start: its traffic.
-        move: where its bodies are.
-        sensors: gives its sensors for those of the profiles.
-        notes: what the user should know of it.
-    """
-
-    start: "StartTraffic"
-    move: Move
-    sensors: Callable[[Sensors], Sensors]
-    notes: tuple[str, ...] = ()
-
-    def laid_on(self, ground: Ground) -> Ground:
-        """Return what the run stands on."""
-        return replace(ground, sensors=self.sensors(ground.sensors), move=self.move, notes=(*ground.notes, *self.notes))
-
-
-# Starts the traffic: what SUMO is run with, index of each lane id, who is equipped.
-StartTraffic = Callable[[SumoOptions, Mapping[str, int], Equip], Traffic]
 
 
 def run_scenario(

@@ -23,7 +23,7 @@ _VEHICLES = 20
 
 
 class Extras(OfflineTraffic):
-    """Vehicles that stand about; implements `gpsec.pipeline.run.Traffic`.
+    """Vehicles that stand about; implements `gpsec.pipeline.interfaces.Traffic`.
 
     Attributes:
         step_s: length of a step.

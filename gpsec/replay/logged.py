@@ -96,7 +96,7 @@ class LoggedTraffic(OfflineTraffic):
 
 @dataclass(frozen=True)
 class LoggedBodies:
-    """Moves the bodies as the log's pose says; see `gpsec.pipeline.loop.Move`."""
+    """Moves the bodies as the log's pose says; see `gpsec.pipeline.loop_settings.Move`."""
 
     drive: SteppedDrive
 

@@ -9,7 +9,8 @@ from gpsec.core.errors import GpsecError
 from gpsec.core.progress import Progress, Report
 from gpsec.core.version import __version__
 from gpsec.outcomes.tables import LOG_ERRORS, LOG_TAPE, whole, write_frame
-from gpsec.pipeline.run import LoggedRun, run_scenario
+from gpsec.pipeline.logged_run import LoggedRun
+from gpsec.pipeline.run import run_scenario
 from gpsec.replay.errors import fix_errors
 from gpsec.replay.figures import error_table
 from gpsec.replay.grid import SteppedDrive

@@ -10,7 +10,7 @@ from gpsec.core.errors import GpsecError
 from gpsec.core.geo import Projector, yaw_from_sumo_angle
 from gpsec.core.tables import Slots
 from gpsec.hdmap.net import read_net
-from gpsec.pipeline.run import StartTraffic
+from gpsec.pipeline.interfaces import StartTraffic
 from gpsec.replay.fcd import Seen, read_clock, steps
 from gpsec.replay.logged import LENGTH_M, WIDTH_M
 from gpsec.replay.prepare import LogOrder

@@ -16,7 +16,7 @@ from gpsec.types.drawn_zones import MULTIPATH_ZONE, DrawnZone
 
 
 class Replayed(RecordedTraffic):
-    """Recorded traffic of a scenario in the place of its simulation; implements `gpsec.pipeline.run.Traffic`.
+    """Recorded traffic of a scenario in the place of its simulation; implements `gpsec.pipeline.interfaces.Traffic`.
 
     Attributes:
         options: what SUMO was run with.

@@ -18,7 +18,8 @@ from gpsec.hdmap.arrays import MapView
 from gpsec.hdmap.map import HDMap, load_map
 from gpsec.pipeline.build import sampling_of
 from gpsec.pipeline.filter_noise import filter_noise
-from gpsec.pipeline.loop import Loop, LoopSettings
+from gpsec.pipeline.loop import Loop
+from gpsec.pipeline.loop_settings import LoopSettings
 from gpsec.pipeline.mismatch import look_by_place
 from gpsec.sensors.profiles import SensorProfile, residual_sigma_m
 from gpsec.sensors.sense import Sensors

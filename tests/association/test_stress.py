@@ -11,7 +11,8 @@ from gpsec.core.tables import Table
 from gpsec.outcomes.lanes import Judge, association_table, judge_lanes, no_counts
 from gpsec.outcomes.state import OutcomeState
 from gpsec.outcomes.study import Study
-from gpsec.pipeline.loop import Loop, LoopSettings
+from gpsec.pipeline.loop import Loop
+from gpsec.pipeline.loop_settings import LoopSettings
 from gpsec.sensors.mismatch import AS_STATED, Mismatch
 from gpsec.sensors.registry import PROFILES
 from gpsec.sensors.sense import Sensors

@@ -38,7 +38,8 @@ from gpsec.localization.responses import (
 from gpsec.localization.switch import Localization
 from gpsec.localization.world import World
 from gpsec.pipeline.build import Ground, lay_ground, sampling_of
-from gpsec.pipeline.loop import Loop, LoopSettings
+from gpsec.pipeline.loop import Loop
+from gpsec.pipeline.loop_settings import LoopSettings
 from gpsec.pipeline.probing import target_columns
 from gpsec.scenario import load_scenario
 from gpsec.sensors.profiles import residual_sigma_m

@@ -32,7 +32,7 @@ PLAN = {
 
 
 class Column(OfflineTraffic):
-    """Vehicles one behind the other in the middle of a long lane; implements `gpsec.pipeline.run.Traffic`."""
+    """Vehicles one behind the other in the middle of a long lane; implements `gpsec.pipeline.interfaces.Traffic`."""
 
     def __init__(self, options: SumoOptions, lane_index: Mapping[str, int], equip: Equip) -> None:
         super().__init__(options)
