@@ -121,6 +121,11 @@ BAD_TOML = {
         "[detection]\ndetectors = ['cusum', 'cusum']",
         ["detection.detectors", "'cusum' is listed twice"],
     ),
+    "no rate": (
+        "[detection]\nrates = []",
+        ["detection.rates", "expected at least one rate, such as '0.1/h', found none"],
+    ),
+    "doubled rate": ("[detection]\nrates = ['1/h', '0.1/h', '1/h']", ["detection.rates", "'1/h' is listed twice"]),
     "unknown rate": ("[detection]\nrates = ['1e-3/smple']", ["detection.rates", "1e-3/sample", "by the model"]),
     "former rate": (
         "[detection]\nfalse_alarm_rate = '0.1/h'",

@@ -41,7 +41,7 @@ def json_schema() -> dict[str, Any]:
         properties["fleet"]["properties"][key] = _plain(nested)
     detection = properties["detection"]["properties"]
     detection["detectors"] |= {"items": {"enum": choices.detectors()}, "uniqueItems": True}
-    detection["rates"] |= {"items": {"enum": choices.false_alarm_rates()}, "uniqueItems": True}
+    detection["rates"] |= {"items": {"enum": choices.false_alarm_rates()}, "uniqueItems": True, "minItems": 1}
     world = _plain(ClosedWorld)
     world["properties"]["on_alarm"]["enum"] = choices.reactions()
     closed = properties["closed_loop"]["properties"]

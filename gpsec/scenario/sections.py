@@ -218,7 +218,8 @@ class DetectionSection(Section):
 
     Attributes:
         detectors: those that are scored (`gpsec list detectors`), in the order of the tables.
-        rates: false-alarm rates, per vehicle-hour or per sample, at which each of them is scored; see `defences.rate`.
+        rates: false-alarm rates, per vehicle-hour or per sample, at which each of them is scored, one at least; see
+            `defences.rate`.
         monitor: how far the monitor of `joint` and its like adapts to sensors that are noisier than stated: `R2` where
             an attacker counts, `R3`, further, where maps are poor.
         models: folder of the models, as `gpsec train --out` wrote it; relative to the scenario's folder, in a flag to
@@ -244,7 +245,13 @@ class DetectionSection(Section):
     @field_validator("rates")
     @classmethod
     def _calibrated(cls, rates: tuple[str, ...]) -> tuple[str, ...]:
-        return tuple(dict.fromkeys(choices.require_rate(rate) for rate in rates))
+        if not rates:
+            raise ValueError(f"expected at least one rate, such as '{HEADLINE_RATE}', found none")
+        for position, rate in enumerate(rates):
+            choices.require_rate(rate)
+            if rate in rates[:position]:
+                raise ValueError(f"'{shown(rate)}' is listed twice")
+        return rates
 
 
 class Defence(Section):

@@ -100,6 +100,8 @@ ALIKE = [
     ("[traffic]\nstep_s = 0.5", False),
     ("[detection]\ndetectors = ['lstm_glr', 'lstm_glr']", False),
     ("[detection]\nrates = ['2/h']", False),
+    ("[detection]\nrates = []", False),
+    ("[detection]\nrates = ['1/h', '1/h']", False),
     ("[[defences]]\ndetector = 'lstm_glr'", False),
     ("[[plans]]\nshare = 0.5", False),
     ("[[plans]]\nattack = 'drift'\nbias_m = 2", False),
