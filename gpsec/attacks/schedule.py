@@ -178,12 +178,11 @@ def needed_memory_s(plans: Sequence[Plan]) -> float:
 
 def build_plans(
     configs: Sequence[PlanConfig],
-    drawn: Sequence[tuple[PlanConfig, Zone]] = (),
+    drawn: Sequence[tuple[PlanConfig, Zone, str]] = (),
     carried: Sequence[tuple[PlanConfig, Zone | None, str]] = (),
     placed: Mapping[str, Zone] = NOWHERE,
     *,
     config_file: str = "gpsec.toml",
-    zone_file: str = "additional file",
 ) -> list[Plan]:
     """Return the plans of a run: those of the configuration, of drawn zones, then those that vehicles carry.
 
@@ -192,21 +191,18 @@ def build_plans(
         drawn: as `plans_from_zones` gives them.
         carried: as `plans_from_vehicles` gives them.
         placed: the zones of plans of the configuration that name their place, by the plan's name.
-        config_file: that the former come from, for error messages.
-        zone_file: that the latter come from.
+        config_file: that `configs` come from, for error messages.
 
     Raises:
         GpsecError: a zone is unknown, or two plans have the same name.
     """
-    zones = {zone.zone_id: zone for _, zone in drawn} | {zone.zone_id: zone for _, zone, _ in carried if zone}
+    zones = {zone.zone_id: zone for _, zone, _ in drawn} | {zone.zone_id: zone for _, zone, _ in carried if zone}
     plans: dict[str, Plan] = {}
     for i, config in enumerate(configs):
         where = f"{config_file}: plans[{i}]"
         zone = placed.get(config.name) if config.zone is None else _find(config.zone, zones, where)
         _add(plans, Plan(config, zone), where)
-    for config, zone in drawn:
-        _add(plans, Plan(config, zone), f"{zone_file}: zone '{shown(zone.zone_id)}'")
-    for config, area, where in carried:
+    for config, area, where in (*drawn, *carried):
         _add(plans, Plan(config, area), where)
     return list(plans.values())
 

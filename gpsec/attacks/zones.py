@@ -11,7 +11,7 @@ import shapely
 from gpsec.attacks.plans import MAX_TIME_S, PlanConfig, plan_config
 from gpsec.attacks.registry import ATTACKS, build_attack
 from gpsec.core.arrays import Flags, Floats
-from gpsec.core.errors import GpsecError, shown
+from gpsec.core.errors import GpsecError
 from gpsec.types.constants import PREFIX
 from gpsec.types.drawn_zones import (
     ATTACK_ZONE,
@@ -76,14 +76,13 @@ def zone_keys() -> list[str]:
     return [PREFIX + key for key in ("attack", *PLAN_KEYS, "radius_m", *sorted(own))]
 
 
-def plans_from_zones(zones: Sequence[DrawnZone], file: str) -> list[tuple[PlanConfig, Zone]]:
-    """Return one plan for each attack zone among `zones`, named by its id.
+def plans_from_zones(zones: Sequence[DrawnZone]) -> list[tuple[PlanConfig, Zone, str]]:
+    """Return one plan for each attack zone among `zones`, named by its id, its area, and file and zone for messages.
 
     Raises:
         GpsecError: a parameter is missing, unknown or not allowed, or the shape is no area.
     """
-    attacks = [zone for zone in zones if zone.zone_type == ATTACK_ZONE]
-    return [_plan(zone, f"{file}: zone '{shown(zone.zone_id)}'") for zone in attacks]
+    return [(*_plan(zone, zone.where), zone.where) for zone in zones if zone.zone_type == ATTACK_ZONE]
 
 
 def _plan(zone: DrawnZone, where: str) -> tuple[PlanConfig, Zone]:

@@ -29,7 +29,7 @@ from gpsec.pipeline.batched import BatchedMethod
 from gpsec.pipeline.filter_noise import filter_noise
 from gpsec.pipeline.fleet_choice import FleetChoice, run_profiles
 from gpsec.pipeline.loop_settings import LoopSettings, Move, follow_fronts
-from gpsec.pipeline.mismatch import lane_mistakes, map_error, mismatch, tapes, visibility, zone_files
+from gpsec.pipeline.mismatch import lane_mistakes, map_error, mismatch, tapes, visibility
 from gpsec.pipeline.spoofers import placed_zones
 from gpsec.scenario import Scenario
 from gpsec.scenario.parts import use
@@ -187,12 +187,11 @@ def make_plans(scenario: Scenario, ground: "Ground", options: SumoOptions, zones
         GpsecError: one of them is not as it should be.
 
     """
-    files = zone_files(options)
-    drawn = plans_from_zones(zones, files)
+    drawn = plans_from_zones(zones)
     inputs = (*options.additional_files, *options.route_files)
     carried = plans_from_vehicles(carried_attacks(inputs))
     placed = placed_zones(scenario.plans, ground.hd_map, scenario.name)
-    plans = build_plans(scenario.plans, drawn, carried, placed, config_file=scenario.name, zone_file=files)
+    plans = build_plans(scenario.plans, drawn, carried, placed, config_file=scenario.name)
     world = scenario.closed_loop.world
     return plans if world is None else [plan for plan in plans if plan.name == world.plan]
 

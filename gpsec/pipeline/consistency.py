@@ -127,7 +127,7 @@ def measure_consistency(scenario: Scenario, profile: str, duration_s: float) -> 
     method.ledger, method.names = Ledger(), {name: d for d, name in enumerate([*TRUSTING, *ISOLATED])}
     with RemoteSession(ground.options, ground.hd_map.lane_index, ground.choice.equipped) as session:
         zones = drawn_zones(session)
-        around = make_shared_errors(honest, ground.sensors, ground.hd_map, zones, ground.options)
+        around = make_shared_errors(honest, ground.sensors, ground.hd_map, zones)
         settings = loop_settings(honest, ground, session.step_s, around)
         loop = Loop(settings, make_plans(honest, ground, ground.options, zones)[:1], method)
         for frame in session.frames(duration_s):

@@ -16,7 +16,6 @@ from gpsec.sensors.shared_errors import SharedErrors
 from gpsec.sensors.shipped_tapes import load_tape
 from gpsec.sensors.tapes import Tapes, check_tape
 from gpsec.sensors.visibility import Visibility
-from gpsec.traffic.options import SumoOptions
 from gpsec.types.camera import LaneMistakes
 from gpsec.types.drawn_zones import DrawnZone
 from gpsec.types.paint import paint_file, read_paint
@@ -110,7 +109,7 @@ def lane_mistakes(scenario: Scenario) -> LaneMistakes:
 
 
 def make_shared_errors(
-    scenario: Scenario, sensors: Sensors, hd_map: HDMap, zones: Sequence[DrawnZone], options: SumoOptions
+    scenario: Scenario, sensors: Sensors, hd_map: HDMap, zones: Sequence[DrawnZone]
 ) -> SharedErrors | None:
     """Return what is added to the fixes of all vehicles, None where that is nothing.
 
@@ -118,7 +117,7 @@ def make_shared_errors(
         GpsecError: a multipath zone is not as it should be.
     """
     world, seed = scenario.world, scenario.seed
-    places: list[Places] = list(drawn_multipath(zones, zone_files(options), seed))
+    places: list[Places] = list(drawn_multipath(zones, seed))
     if world.multipath_share > 0.0:
         scattered = scattered_multipath(
             hd_map.lanes, world.multipath_share, world.multipath_m, world.multipath_length_m, seed
@@ -126,11 +125,6 @@ def make_shared_errors(
         places += [scattered] if scattered is not None else []
     made = SharedErrors(sensors, seed, tuple(places))
     return None if made.is_quiet else made
-
-
-def zone_files(options: SumoOptions) -> str:
-    """Return the names of the files that zones are drawn in."""
-    return ", ".join(path.name for path in options.additional_files)
 
 
 def mismatch_note(scenario: Scenario) -> list[str]:

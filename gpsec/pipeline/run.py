@@ -129,7 +129,7 @@ class _Run:
             self._say(note)
         zones = drawn_zones(session)
         plans = self.plans = make_plans(scenario, ground, session.options, zones)
-        shared = make_shared_errors(scenario, ground.sensors, ground.hd_map, zones, session.options)
+        shared = make_shared_errors(scenario, ground.sensors, ground.hd_map, zones)
         self.places = () if shared is None else shared.places
         defences = [(defence.point, defence.response) for defence in scenario.defences]
         names = [NO_ATTACK, *(plan.name for plan in plans)]

@@ -56,7 +56,7 @@ def _look(scenario: Scenario) -> Checked:
     with RemoteSession(options, ground.hd_map.lane_index, ground.choice.equipped) as session:
         zones = drawn_zones(session)
         plans = make_plans(scenario, ground, ground.options, zones)
-        make_shared_errors(scenario, ground.sensors, ground.hd_map, zones, ground.options)
+        make_shared_errors(scenario, ground.sensors, ground.hd_map, zones)
         for _ in session.frames(0.0):  # none, but SUMO's warnings come at their end
             pass
     return Checked(

@@ -10,7 +10,7 @@ import shapely
 from numpy.typing import NDArray
 
 from gpsec.core.arrays import Floats
-from gpsec.core.errors import GpsecError, shown
+from gpsec.core.errors import GpsecError
 from gpsec.core.noise import MULTIPATH_DIRECTION, MULTIPATH_PLACE, plain_uniform, vehicle_key
 from gpsec.hdmap.arrays import MapArrays
 from gpsec.types.constants import PREFIX
@@ -117,19 +117,19 @@ class ScatteredMultipath:
         ]
 
 
-def drawn_multipath(zones: Iterable[DrawnZone], file: str, seed: int) -> list[DrawnMultipath]:
-    """Return the multipath zones among `zones`; `file` is where they stand, for error messages.
+def drawn_multipath(zones: Iterable[DrawnZone], seed: int) -> list[DrawnMultipath]:
+    """Return the multipath zones among `zones`.
 
     The error of a zone that states no direction has one that is drawn from `seed` and its id.
 
     Raises:
         GpsecError: a zone is no polygon, has no size of the error, or a parameter that is not allowed.
     """
-    mine = [zone for zone in zones if zone.zone_type == MULTIPATH_ZONE]
-    return [_drawn(zone, f"{file}: zone '{shown(zone.zone_id)}'", seed) for zone in mine]
+    return [_drawn(zone, seed) for zone in zones if zone.zone_type == MULTIPATH_ZONE]
 
 
-def _drawn(zone: DrawnZone, where: str, seed: int) -> DrawnMultipath:
+def _drawn(zone: DrawnZone, seed: int) -> DrawnMultipath:
+    where = zone.where
     if zone.kind != "polygon":
         raise GpsecError(f"{where}: expected a polygon for multipath, found a point")
     check_finite(zone.shape_m, where)

@@ -50,13 +50,15 @@ def read_zones(known_keys: KeysOfTypes, files: tuple[Path, ...]) -> list[DrawnZo
     import libsumo  # late: only the process of SUMO reads zones
 
     loaded = {"poly": set(libsumo.polygon.getIDList()), "poi": set(libsumo.poi.getIDList())}
-    _refuse_lost(loaded, known_keys, files)
+    file_of = _files_of_zones(loaded, known_keys, files)
+    somewhere = ", ".join(file.name for file in files)  # of a file that only SUMO can read
     polygons = [
         DrawnZone(
             zone,
             "polygon",
             np.array(libsumo.polygon.getShape(zone), float),
             _parameters(libsumo.polygon, zone, known_keys[kind]),
+            file_of.get(("poly", zone), somewhere),
             kind,
         )
         for zone in sorted(loaded["poly"])
@@ -68,6 +70,7 @@ def read_zones(known_keys: KeysOfTypes, files: tuple[Path, ...]) -> list[DrawnZo
             "point",
             np.array([libsumo.poi.getPosition(zone)], float),
             _parameters(libsumo.poi, zone, known_keys[kind]),
+            file_of.get(("poi", zone), somewhere),
             kind,
         )
         for zone in sorted(loaded["poi"])
@@ -75,9 +78,7 @@ def read_zones(known_keys: KeysOfTypes, files: tuple[Path, ...]) -> list[DrawnZo
     ]
     for zone in polygons:
         if len(np.unique(zone.shape_m, axis=0)) < 3:
-            names = ", ".join(file.name for file in files)
-            found = len(zone.shape_m)
-            raise GpsecError(f"{names}: zone '{shown(zone.zone_id)}': expected three corners or more, found {found}")
+            raise GpsecError(f"{zone.where}: expected three corners or more, found {len(zone.shape_m)}")
     _refuse_unknown_keys(known_keys, files)
     return polygons + points
 
@@ -87,11 +88,14 @@ def _parameters(domain: Any, zone: str, known_keys: Collection[str]) -> dict[str
     return {key: value for key, value in values.items() if value}
 
 
-def _refuse_lost(loaded: Mapping[str, Collection[str]], kinds: Collection[str], files: tuple[Path, ...]) -> None:
-    """Refuse a zone in the files that is of no known type, or not among those `loaded`, by tag.
+def _files_of_zones(
+    loaded: Mapping[str, Collection[str]], kinds: Collection[str], files: tuple[Path, ...]
+) -> dict[tuple[str, str], str]:
+    """Return by tag and id which file each zone is drawn in.
 
-    It would have no effect, in silence.
+    One of no known type, or not among those `loaded`, by tag, is refused: it would have no effect, in silence.
     """
+    found: dict[tuple[str, str], str] = {}
     for file in input_files(files):
         for tag, zone_id, kind in _drawn(file):
             if kind not in kinds:
@@ -107,6 +111,8 @@ def _refuse_lost(loaded: Mapping[str, Collection[str]], kinds: Collection[str], 
                     f"{file}: {tag} '{shown(zone_id)}' is of type '{kind}', but SUMO has not loaded it: "
                     f"expected {wanted}"
                 )
+            found.setdefault((tag, zone_id), str(file))
+    return found
 
 
 def _drawn(file: Path) -> Iterator[tuple[str, str, str]]:

@@ -24,6 +24,7 @@ class DrawnZone:
         kind: ``polygon`` or ``point``.
         shape_m: (n, 2) corners in the net's frame; one row for a point.
         parameters: the ``gpsec.…`` parameters that it has, with the prefix.
+        file: that it is drawn in.
         zone_type: what it is for.
     """
 
@@ -31,7 +32,13 @@ class DrawnZone:
     kind: Literal["polygon", "point"]
     shape_m: Floats
     parameters: dict[str, str]
+    file: str
     zone_type: str = ATTACK_ZONE
+
+    @property
+    def where(self) -> str:
+        """File and zone, for error messages."""
+        return f"{self.file}: zone '{shown(self.zone_id)}'"
 
 
 def stated(parameters: Mapping[str, str]) -> dict[str, str]:

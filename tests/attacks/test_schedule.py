@@ -266,7 +266,9 @@ def test_plans_of_a_run() -> None:
         plan_config({"attack": "replay", "delay_s": 7}, "t"),
         plan_config({"attack": "drift", "zone": "yard"}, "t"),
     ]
-    drawn = [(plan_config({"attack": "jamming", "name": "yard", "zone": "yard"}, "t"), SQUARE)]
+    drawn = [
+        (plan_config({"attack": "jamming", "name": "yard", "zone": "yard"}, "t"), SQUARE, "b.add.xml: zone 'yard'")
+    ]
     plans = build_plans(configs, drawn)
     assert [(plan.name, plan.zone) for plan in plans] == [("replay", None), ("drift", SQUARE), ("yard", SQUARE)]
     assert needed_memory_s(plans) == 7.0
@@ -287,13 +289,15 @@ def test_plans_that_vehicles_carry_come_last_and_their_spoofers_are_zones() -> N
 def test_plans_that_do_not_go_together() -> None:
     drift = plan_config({"attack": "drift"}, "t")
     lost = plan_config({"attack": "drift", "zone": "yrd"}, "t")
-    drawn = [(plan_config({"attack": "jamming", "name": "yard", "zone": "yard"}, "t"), SQUARE)]
+    drawn = [
+        (plan_config({"attack": "jamming", "name": "yard", "zone": "yard"}, "t"), SQUARE, "b.add.xml: zone 'yard'")
+    ]
     with pytest.raises(
         GpsecError, match=r"^a\.toml: plans\[1\]: name: expected a name that no other plan has, found 'drift'"
     ):
         build_plans([drift, drift], config_file="a.toml")
     with pytest.raises(GpsecError, match=r"^b\.add\.xml: zone 'yard': name: .* found 'yard'"):
-        build_plans([plan_config({"attack": "drift", "name": "yard"}, "t")], drawn, zone_file="b.add.xml")
+        build_plans([plan_config({"attack": "drift", "name": "yard"}, "t")], drawn)
     with pytest.raises(GpsecError, match=r"plans\[0\]: zone: .* found 'yrd': did you mean 'yard'\?"):
         build_plans([lost], drawn)
     with pytest.raises(GpsecError, match=r"found 'yrd': no zone is drawn"):

@@ -14,7 +14,7 @@ POINT = np.array([[3.0, 4.0]])
 
 
 def draw(kind="polygon", shape_m=SQUARE, parameters=None, zone_id="z1") -> DrawnZone:
-    return DrawnZone(zone_id, kind, shape_m, parameters or {})
+    return DrawnZone(zone_id, kind, shape_m, parameters or {}, "town.add.xml")
 
 
 def test_inside_a_polygon() -> None:
@@ -55,7 +55,7 @@ def test_a_polygon_becomes_a_plan() -> None:
             "color": "red",
         }
     )
-    [(config, zone)] = plans_from_zones([drawn], "town.add.xml")
+    [(config, zone, _)] = plans_from_zones([drawn])
     assert (config.name, config.zone, zone.zone_id) == ("z1", "z1", "z1")
     assert (config.begin_s, config.end_s, config.share) == (60.0, 300.0, 0.25)
     assert config.parameters == ConstantBias(bias_m=2.5, side="as_given")
@@ -65,7 +65,7 @@ def test_a_polygon_becomes_a_plan() -> None:
 
 def test_a_point_becomes_a_plan_with_defaults() -> None:
     drawn = draw("point", POINT, {"gpsec.attack": "jamming", "gpsec.radius_m": "150"})
-    [(config, zone)] = plans_from_zones([drawn], "town.add.xml")
+    [(config, zone, _)] = plans_from_zones([drawn])
     assert (config.begin_s, config.end_s, config.share) == (0.0, None, 1.0)
     assert zone.radius_m == 150.0
 
@@ -118,7 +118,7 @@ REFUSED = [
 @pytest.mark.parametrize(("drawn", "problem"), REFUSED, ids=[problem for _, problem in REFUSED])
 def test_a_bad_zone_is_refused_in_one_sentence(drawn: DrawnZone, problem: str) -> None:
     with pytest.raises(GpsecError) as caught:
-        plans_from_zones([drawn], "town.add.xml")
+        plans_from_zones([drawn])
     assert str(caught.value).startswith(f"town.add.xml: zone '{drawn.zone_id}': ")
     assert problem in str(caught.value)
     assert "\n" not in str(caught.value)

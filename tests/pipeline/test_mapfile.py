@@ -39,9 +39,9 @@ def features(hd_map, tmp_path_factory):
     ]
     folder = tmp_path_factory.mktemp("map")
     corners = np.array([[200.0, 0.0], [200.0, 9.0], [209.0, 9.0], [209.0, 0.0]])
-    canyon = DrawnZone("canyon", "polygon", corners, {"gpsec.error_m": "0.5"}, MULTIPATH_ZONE)
+    canyon = DrawnZone("canyon", "polygon", corners, {"gpsec.error_m": "0.5"}, "f", MULTIPATH_ZONE)
     scattered = scattered_multipath(hd_map.lanes, 0.05, 0.3, 50.0, 1)
-    write_map(folder, hd_map, plans, [*drawn_multipath([canyon], "f", 1), scattered])
+    write_map(folder, hd_map, plans, [*drawn_multipath([canyon], 1), scattered])
     return json.loads((folder / MAP).read_text("utf-8"))["features"]
 
 

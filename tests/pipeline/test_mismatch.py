@@ -112,7 +112,8 @@ def test_both_engines_are_in_one_world(
 
 def drawn(zone_id: str, middle_m: Any, half_m: float, **parameters: str) -> DrawnZone:
     corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * half_m + middle_m
-    return DrawnZone(zone_id, "polygon", corners, {f"gpsec.{k}": v for k, v in parameters.items()}, "gpsec.multipath")
+    stated = {f"gpsec.{k}": v for k, v in parameters.items()}
+    return DrawnZone(zone_id, "polygon", corners, stated, "town.add.xml", "gpsec.multipath")
 
 
 def test_a_drawn_zone_does_something_where_it_is(
@@ -132,5 +133,7 @@ def test_a_drawn_zone_without_its_parameters_is_refused(
     town: Scenario, traffic: Traffic, replay: Callable[[Traffic], None], go: Run
 ) -> None:
     replay(replace(traffic, zones=[drawn("canyon", np.zeros(2), 50.0)]))
-    with pytest.raises(GpsecError, match=r"zone 'canyon': gpsec.error_m: expected a number from 0 to 100, found none"):
+    with pytest.raises(
+        GpsecError, match=r"^town\.add\.xml: zone 'canyon': gpsec.error_m: expected a number from 0 to 100, found none"
+    ):
         go(with_world(town))

@@ -11,7 +11,7 @@ from gpsec.sensors.mismatch import Mismatch
 from gpsec.sensors.multipath import drawn_multipath, scattered_multipath
 from gpsec.sensors.shared_errors import SharedErrors
 from gpsec.testing.drive import Drive
-from gpsec.types.drawn_zones import DrawnZone
+from gpsec.types.drawn_zones import MULTIPATH_ZONE, DrawnZone
 from tests.sensors.exact import profile
 
 N = 1_000
@@ -61,11 +61,13 @@ def test_a_fix_that_does_not_come_is_not_changed():
 
 
 def zone(**parameters):
-    return DrawnZone("m", "polygon", SQUARE, {f"gpsec.{k}": v for k, v in parameters.items()}, "gpsec.multipath")
+    return DrawnZone(
+        "m", "polygon", SQUARE, {f"gpsec.{k}": v for k, v in parameters.items()}, "a.add.xml", MULTIPATH_ZONE
+    )
 
 
 def test_multipath_is_inside_its_polygon_alone():
-    places = drawn_multipath([zone(error_m="0.5", direction_deg="30")], "f", 1)
+    places = drawn_multipath([zone(error_m="0.5", direction_deg="30")], 1)
     at = np.random.default_rng(1).uniform(-10.0, 40.0, (N, 2))
     error = fixes(1, places=places, at=at, white_m=0.0)[0] - at
     inside = (at[:, 0] > 10.0) & (at[:, 0] < 20.0) & (at[:, 1] > 0.0) & (at[:, 1] < 10.0)
@@ -75,7 +77,7 @@ def test_multipath_is_inside_its_polygon_alone():
 
 
 def test_a_direction_that_is_not_stated_is_that_of_the_seed():
-    one, again, other = (drawn_multipath([zone(error_m="0.5")], "f", seed)[0].vector_m for seed in (1, 1, 2))
+    one, again, other = (drawn_multipath([zone(error_m="0.5")], seed)[0].vector_m for seed in (1, 1, 2))
     assert np.hypot(*one) == pytest.approx(0.5)
     assert (one == again).all()
     assert (one != other).all()
@@ -84,21 +86,24 @@ def test_a_direction_that_is_not_stated_is_that_of_the_seed():
 @pytest.mark.parametrize(
     ("drawn", "says"),
     [
-        (zone(), r"f: zone 'm': gpsec.error_m: expected a number from 0 to 100, found none"),
+        (zone(), r"^a\.add\.xml: zone 'm': gpsec.error_m: expected a number from 0 to 100, found none"),
         (zone(error_m="much"), r"gpsec.error_m: expected a number, found 'much'"),
         (zone(error_m="-1"), r"gpsec.error_m: expected a number from 0 to 100, found -1"),
         (zone(error_m="1", direction_deg="400"), r"gpsec.direction_deg: expected a number from -360 to 360, found 400"),
-        (DrawnZone("m", "point", SQUARE[:1], {}, "gpsec.multipath"), "expected a polygon for multipath, found a point"),
-        (DrawnZone("m", "polygon", SQUARE[[0, 2, 1, 3]], {}, "gpsec.multipath"), "does not cross itself"),
+        (
+            DrawnZone("m", "point", SQUARE[:1], {}, "a.add.xml", MULTIPATH_ZONE),
+            "expected a polygon for multipath, found a point",
+        ),
+        (DrawnZone("m", "polygon", SQUARE[[0, 2, 1, 3]], {}, "a.add.xml", MULTIPATH_ZONE), "does not cross itself"),
     ],
 )
 def test_a_zone_that_says_too_little_is_refused(drawn, says):
     with pytest.raises(GpsecError, match=says):
-        drawn_multipath([drawn], "f", 1)
+        drawn_multipath([drawn], 1)
 
 
 def test_zones_of_attacks_are_none_of_multipath():
-    assert drawn_multipath([DrawnZone("a", "polygon", SQUARE, {})], "f", 1) == []
+    assert drawn_multipath([DrawnZone("a", "polygon", SQUARE, {}, "a.add.xml")], 1) == []
 
 
 @pytest.mark.parametrize("share", [0.12, 0.5, 1.0])

@@ -30,6 +30,8 @@ def test_zones_come_with_shape_and_parameters(zones):
     share = '<param key="gpsec.share" value="0.5"/><param key="note" value="mine"/>'
     polygon, point = zones(POLYGON.format(share) + POINT + OTHERS)
     assert (polygon.zone_id, polygon.kind) == ("z", "polygon")
+    assert polygon.file.endswith("/more.add.xml")
+    assert point.file == polygon.file
     assert polygon.shape_m[:3].tolist() == [[0.0, 0.0], [10.0, 0.0], [10.0, 5.0]]
     assert polygon.parameters == {"gpsec.attack": "drift", "gpsec.share": "0.5"}
     assert (point.zone_id, point.kind) == ("p", "point")
@@ -47,7 +49,7 @@ def test_unknown_parameter_of_a_zone_names_file_zone_and_nearest(zones):
 
 
 def test_polygon_without_area_is_refused(zones):
-    with pytest.raises(GpsecError, match="zone 'z': expected three corners"):
+    with pytest.raises(GpsecError, match=r"/more.add.xml: zone 'z': expected three corners"):
         zones('<poly id="z" type="gpsec.attack" shape="0,0 10,0"/>')
 
 
@@ -77,6 +79,14 @@ def test_zone_in_an_included_file_is_refused_by_the_name_of_that_file(zones, tmp
     included.write_text('<additional><poly id="old town" type="gpsec.attack" shape="0,0 10,0 10,5"/></additional>')
     with pytest.raises(GpsecError, match=r"zones.xml: poly 'old town'"):
         zones(f'<include href="{included}"/>')
+
+
+def test_zone_in_an_included_file_knows_that_file(zones, tmp_path):
+    included = tmp_path / "zones.xml"
+    included.write_text(f"<additional>{POINT}</additional>")
+    polygon, point = zones(f'{POLYGON.format("")}<include href="{included}"/>')
+    assert polygon.file.endswith("/more.add.xml")
+    assert point.file == str(included)
 
 
 def test_zones_of_multipath_come_with_their_own_parameters(zones):
