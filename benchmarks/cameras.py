@@ -28,6 +28,7 @@ from gpsec.detection.calibration import RATES
 from gpsec.outcomes.tables import read_table
 from gpsec.paper.runs import RUNS, run_missing
 from gpsec.scenario import Scenario, load_scenario
+from gpsec.scenario.networks import TRAINING_NETWORKS
 from gpsec.scenario.sections import CameraSection, Defence
 from gpsec.training import Driving, train
 
@@ -203,7 +204,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--network", default="highway", metavar="NAME", help="that nothing is trained on")
     parser.add_argument("--weathers", nargs="+", default=["good", "rain"], metavar="W", help="of pixels")
     parser.add_argument("--detectors", nargs="+", default=list(DETECTORS), metavar="NAME")
-    parser.add_argument("--train-on", nargs="+", default=["mountain", "suburb", "beltway"], metavar="NETWORK")
+    parser.add_argument("--train-on", nargs="+", default=list(TRAINING_NETWORKS), metavar="NETWORK")
     parser.add_argument("--seeds", nargs="+", type=int, default=[2, 3], metavar="N")
     parser.add_argument("--seconds", type=float, default=200.0, help="simulated time of a run")
     parser.add_argument("--share", type=float, default=1.0, help="of the vehicles that are equipped")

@@ -42,10 +42,10 @@ def dataset(
     from gpsec.paper.suite import STANDARD
     from gpsec.running.folders import resolved
     from gpsec.running.workshop import workshop
-    from gpsec.training import NETWORKS
+    from gpsec.scenario.networks import TRAINING_NETWORKS
 
     check_profile_known(profile)
-    known = (*NETWORKS, *STANDARD.networks)
+    known = (*TRAINING_NETWORKS, *STANDARD.networks)
     chosen = tuple(name.strip() for name in networks.split(",")) if networks else ()
     for name in chosen:
         if name not in known:

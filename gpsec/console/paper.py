@@ -43,12 +43,13 @@ def _make(out: Path, scenarios: Path, quick: bool, jobs: int | None) -> None:
     from gpsec.console.terminal import messages
     from gpsec.core.threads import cores
     from gpsec.paper.command import make
-    from gpsec.paper.design import EVALUATION, TRAINING
+    from gpsec.paper.design import EVALUATION
     from gpsec.paper.runs import RUNS
     from gpsec.paper.studies import Studies
     from gpsec.running.workshop import occupied
+    from gpsec.scenario.networks import TRAINING_NETWORKS
 
-    for network in (*TRAINING, *EVALUATION):
+    for network in (*TRAINING_NETWORKS, *EVALUATION):
         if not (scenarios / network).is_dir():
             raise GpsecError(f"{scenarios / network}: expected a scenario of gpsec here; leave --dir out")
     console = messages()

@@ -48,10 +48,11 @@ def train(
     """  # noqa: D301
     from rich.console import Console
 
-    from gpsec.training import NETWORKS, Driving
+    from gpsec.scenario.networks import TRAINING_NETWORKS
+    from gpsec.training import Driving
     from gpsec.training import train as train_models
 
-    chosen = NETWORKS if networks is None else [name.strip() for name in networks.split(",")]
+    chosen = TRAINING_NETWORKS if networks is None else [name.strip() for name in networks.split(",")]
     loaded = options.load_given_parts(part)
     console = Console()
     began = perf_counter()

@@ -20,12 +20,12 @@ from gpsec.paper.design import (
     SET_UPS,
     SIMULATED,
     STEALTH,
-    TRAINING,
 )
 from gpsec.paper.filter_consistency import TABLE, evaluate, gather
 from gpsec.paper.pinning import pin
 from gpsec.paper.runs import RUNS, Runs, run_missing, write_runs
 from gpsec.paper.studies import Studies
+from gpsec.scenario.networks import TRAINING_NETWORKS
 from gpsec.sensors.registry import PROFILES
 
 TABLE_ATTACKS = {CONSTANT_BIAS: CONSTANT_BIAS, STEALTH: STEALTH}
@@ -94,7 +94,7 @@ def table_one(runs: Runs) -> list[tables.PaperRow]:
         rows += tables.alias_rows(f"{network} / {association}", events)
     trained, unseen = (
         pool.read_runs([folder for network in networks for folder in runs.of("mixed", "tracked", network)], "events")
-        for networks in (TRAINING, EVALUATION)
+        for networks in (TRAINING_NETWORKS, EVALUATION)
     )
     rows += tables.generalisation_rows(trained, unseen)
     return rows

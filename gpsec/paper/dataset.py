@@ -18,9 +18,9 @@ from gpsec.pipeline.run import run_scenario
 from gpsec.running.workshop import Workshop
 from gpsec.scenario import Scenario, load_scenario
 from gpsec.scenario.load import changed
+from gpsec.scenario.networks import TRAINING_NETWORKS
 from gpsec.scenario.overrides import Override
 from gpsec.scenario.sections import Defence
-from gpsec.training import NETWORKS
 from gpsec.training.train_models import CALIBRATION_RUNS
 
 CARD, STATED = "README.md", "dataset.json"
@@ -49,7 +49,7 @@ class Export:
         return found | {"test": list(self._attacked())}
 
     def _benign(self, split: str, seeds: tuple[int, ...]) -> Iterator[Scenario]:
-        for network in self._chosen(NETWORKS):
+        for network in self._chosen(TRAINING_NETWORKS):
             for seed in seeds:
                 yield self._run(network, seed, {"name": seeded_name(f"{network}-{split}", seed), "plans": ()})
 

@@ -8,7 +8,6 @@ from gpsec.outcomes.paper import TABLES_II_TO_IV
 
 # Sensor profile -> the network of ours that is like the paper's set-up.
 SET_UPS = {table.profile: table.scenarios[0] for table in TABLES_II_TO_IV}
-TRAINING = ("mountain", "suburb", "beltway")
 EVALUATION = ("slow_curve", "sharp_turns", "town", "highway")
 # Those of them with roads of several lanes.
 CROWDED = ("town", "highway")

@@ -15,12 +15,12 @@ from gpsec.paper.design import (
     SEEDS,
     SET_UPS,
     SLOW_DELTA,
-    TRAINING,
     Pinned,
 )
 from gpsec.paper.form import table_one_form
 from gpsec.paper.goals import Goal, goals
 from gpsec.paper.tables import PaperRow
+from gpsec.scenario.networks import TRAINING_NETWORKS
 
 _TITLES = {
     1: "Table I: detection",
@@ -64,6 +64,7 @@ def _table_one(rows: Sequence[PaperRow]) -> Iterator[str]:
 
 
 def _opening(pinned: Pinned) -> Iterator[str]:
+    trained, scored = _list(TRAINING_NETWORKS), _list(EVALUATION)
     yield f"""## How they were made
 
 Made by `make paper-tables` with gpsec {__version__}: the figures of Chen, Liu, Li and Wang beside ours with 95 %
@@ -71,7 +72,7 @@ intervals (bootstrap of runs, then vehicles). `table1.csv` to `table4.csv` hold 
 what the paper does not give. What precision, recall, F1, delay and the errors mean, junctions included, is in the data
 dictionary, `results/README.md`.
 
-- Detectors are trained and calibrated on {_list(TRAINING)}; scored on {_list(EVALUATION)}, seeds {_list(SEEDS)}.
+- Detectors are trained and calibrated on {trained}; scored on {scored}, seeds {_list(SEEDS)}.
 - The paper does not give γ and δ of its stealth attack. γ is {GAMMA_M:g} m; δ (growth in 0.1 s) is pinned by a
   baseline: the isolation forest's mean delay on {PIN_NETWORK} (seeds {_list(PIN_SEEDS)}) is the paper's 0.8 s.
   `slow_stealth` has δ = {SLOW_DELTA:g}.

@@ -31,7 +31,6 @@ from gpsec.paper.design import (
     SLOW_DELTA,
     SLOW_STEALTH,
     TABLE_I_DETECTORS,
-    TRAINING,
     Group,
     Pinned,
     PlanTable,
@@ -44,6 +43,7 @@ from gpsec.paper.design import (
 )
 from gpsec.scenario import Scenario, load_scenario
 from gpsec.scenario.choices import detectors, has_rate
+from gpsec.scenario.networks import TRAINING_NETWORKS
 from gpsec.types.points import HEADLINE_RATE, PER_SAMPLE
 
 
@@ -89,7 +89,7 @@ class Studies:
         # What takes longest comes first, so that no process waits for it at the end.
         for network in CROWDED:
             groups["mixed", "nearest", network] = [self.mixed(network, pinned, "nearest")]
-        for network in (*reversed(EVALUATION), *TRAINING):
+        for network in (*reversed(EVALUATION), *TRAINING_NETWORKS):
             groups["mixed", "tracked", network] = [self.mixed(network, pinned)]
         for profile in SET_UPS:
             groups["main", profile] = self.main(profile, pinned)

@@ -11,10 +11,10 @@ from gpsec.outcomes.naming import seeded_name
 from gpsec.paper.stress import FACTORS
 from gpsec.scenario import Scenario, load_scenario
 from gpsec.scenario.load import changed
+from gpsec.scenario.networks import TRAINING_NETWORKS
 from gpsec.scenario.outside import Outside
 from gpsec.scenario.overrides import Override
 from gpsec.scenario.sections import Defence
-from gpsec.training import NETWORKS
 from gpsec.types.points import point_name
 
 RESPONSE = "ukf5_rollback"
@@ -71,7 +71,7 @@ STANDARD = Suite(
     duration_s=90.0,
     rates=("0.1/h", "1/h"),
     worlds=("gnss_2", "camera_2", "map_0.2"),
-    training=NETWORKS,
+    training=TRAINING_NETWORKS,
     hours=300.0,
 )
 QUICK = Suite("quick", ("sharp_turns",), (1, 2), 60.0, ("1/h",), (), ("suburb",), 0.0)

@@ -2,6 +2,6 @@
 
 from gpsec.training.pool import TrainingProgress
 from gpsec.training.rare import calibrate
-from gpsec.training.train_models import NETWORKS, Driving, train
+from gpsec.training.train_models import Driving, train
 
-__all__ = ["NETWORKS", "Driving", "TrainingProgress", "calibrate", "train"]
+__all__ = ["Driving", "TrainingProgress", "calibrate", "train"]

@@ -20,6 +20,7 @@ from gpsec.detection.models import Models, ProfileModel, build_detectors, gates_
 from gpsec.detection.rare import RARE, GatedHarvest, Harvest
 from gpsec.detection.registry import DETECTORS
 from gpsec.detection.training import SETTLE_S
+from gpsec.scenario.networks import TRAINING_NETWORKS
 from gpsec.scenario.outside import load_parts
 from gpsec.scenario.parts import use
 from gpsec.sensors.registry import PROFILES
@@ -27,7 +28,7 @@ from gpsec.training.collect import residual_log
 from gpsec.training.pool import Pool, TrainingProgress, tell_progress
 from gpsec.training.recordings import Recordings
 from gpsec.training.tapes import TrainingTapes
-from gpsec.training.train_models import CALIBRATION_RUNS, NETWORKS
+from gpsec.training.train_models import CALIBRATION_RUNS
 
 HOURS = 1000.0
 # Noise of the k-th time that traffic is sensed has the traffic's seed plus k of these: `gpsec train` has k = 0.
@@ -200,7 +201,7 @@ def _work(
 ) -> list[RareJob]:
     """Return what is left to do."""
     detectors, profiles, parts, tapes = chosen
-    recordings = Recordings.of(NETWORKS, folder)
+    recordings = Recordings.of(TRAINING_NETWORKS, folder)
     work = []
     for (profile, association), model in sorted(models.items()):
         if profiles and profile not in profiles:

@@ -13,6 +13,7 @@ from gpsec.detection.logs import ResidualLog
 from gpsec.detection.models import ProfileModel, bundled, load_models, save
 from gpsec.detection.registry import DETECTORS
 from gpsec.detection.training import SETTLE_S, merged, related, train_one
+from gpsec.scenario.networks import TRAINING_NETWORKS
 from gpsec.scenario.outside import load_parts
 from gpsec.scenario.parts import use
 from gpsec.sensors.registry import PROFILES
@@ -22,8 +23,6 @@ from gpsec.training.recordings import Recordings
 from gpsec.training.tapes import TrainingTapes
 from gpsec.types.constants import MODELLED
 
-# None of these is among the networks that results are reported on.
-NETWORKS = ("mountain", "suburb", "beltway")
 # Runs of each network that thresholds are calibrated on: with all networks, enough for 0.1 false alarms an hour.
 CALIBRATION_RUNS = 3
 
@@ -62,13 +61,13 @@ class Driving(NamedTuple):
     """The benign driving that detectors are trained on.
 
     Attributes:
-        networks: some of `NETWORKS`.
+        networks: some of `TRAINING_NETWORKS`.
         tapes: that sensors play in the place of their profile's noise, by name or file; of several of one kind, one run
             after the other takes the next.
         associations: how vehicles know their lane: some of `MODELLED`.
     """
 
-    networks: Sequence[str] = NETWORKS
+    networks: Sequence[str] = TRAINING_NETWORKS
     tapes: Sequence[str] = ()
     associations: Sequence[str] = MODELLED
 
@@ -78,7 +77,7 @@ class Wanted:
     """What is trained.
 
     Attributes:
-        networks: of `NETWORKS`.
+        networks: of `TRAINING_NETWORKS`.
         profiles: sensor profiles; none stands for all of gpsec's own.
         detectors: with those that share arrays with them; none stands for all of gpsec's own.
         parts: from outside gpsec, by their references with whole paths, loaded already.
@@ -86,7 +85,7 @@ class Wanted:
         associations: of `MODELLED`.
     """
 
-    networks: Sequence[str] = NETWORKS
+    networks: Sequence[str] = TRAINING_NETWORKS
     profiles: Sequence[str] = ()
     detectors: Sequence[str] = ()
     parts: tuple[str, ...] = ()
@@ -100,9 +99,9 @@ class Wanted:
             GpsecError: there is none of such a name.
         """
         for network in self.networks:
-            if network not in NETWORKS:
-                raise GpsecError(f"no training network '{shown(network)}': {nearest(network, NETWORKS)}")
-        networks = [network for network in NETWORKS if network in self.networks]
+            if network not in TRAINING_NETWORKS:
+                raise GpsecError(f"no training network '{shown(network)}': {nearest(network, TRAINING_NETWORKS)}")
+        networks = [network for network in TRAINING_NETWORKS if network in self.networks]
         profiles = tuple(PROFILES[name].name for name in self.profiles) or PROFILES.own
         return networks, profiles, related(self.detectors) if self.detectors else DETECTORS.own
 
@@ -160,7 +159,7 @@ def train(
 
 def _train(wanted: Wanted, out: Path, seed: int, pool: Pool) -> list[Job]:
     networks, profiles, detectors = wanted.resolved()
-    models = _former(out, whole=len(networks) == len(NETWORKS))
+    models = _former(out, whole=len(networks) == len(TRAINING_NETWORKS))
     first = (1 + CALIBRATION_RUNS) * seed
     seeds = range(first, first + 1 + CALIBRATION_RUNS)
     recordings = Recordings.of(networks, pool.folder)

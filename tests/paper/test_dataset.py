@@ -12,7 +12,7 @@ from gpsec.paper.dataset import CARD, STATED, Export
 from gpsec.paper.dataset_card import card, provenance_of
 from gpsec.paper.dataset_log import MEASURED, DatasetLog
 from gpsec.paper.suite import STANDARD
-from gpsec.training import NETWORKS
+from gpsec.scenario.networks import TRAINING_NETWORKS
 from gpsec.types.vehicles import Identity
 from tests.outcomes.scene import Scene
 
@@ -59,7 +59,7 @@ def test_splits_have_no_network_in_common() -> None:
     assert [len(members) for members in runs.values()] == [3, 9, 9]
     seeds = {split: {one.seed for one in members} for split, members in runs.items()}
     assert not seeds["train"] & seeds["calibration"]
-    assert not set(NETWORKS) & set(STANDARD.networks)
+    assert not set(TRAINING_NETWORKS) & set(STANDARD.networks)
     names = [one.name for members in runs.values() for one in members]
     assert len(set(names)) == len(names)
     assert {plan.name for one in runs["test"] for plan in one.plans} == set(STANDARD.attacks[:-2])

@@ -24,7 +24,7 @@ from gpsec.paper.leaderboard import (
 )
 from gpsec.paper.suite import AS_KNOWN, QUICK, STANDARD, Candidate, suite_runs
 from gpsec.paper.tryout import check_cost, look
-from gpsec.training import NETWORKS
+from gpsec.scenario.networks import TRAINING_NETWORKS
 from tests.outcomes.test_dictionary import documented
 from tests.report.conftest import write_run
 
@@ -55,7 +55,7 @@ def grid() -> Grid:
 
 
 def test_the_suite_is_run_on_networks_that_nobody_learns_on() -> None:
-    assert not set(STANDARD.networks) & set(NETWORKS)
+    assert not set(STANDARD.networks) & set(TRAINING_NETWORKS)
     runs = suite_runs(STANDARD, CUSUM)
     every = [one for members in runs.values() for one in members]
     assert len({one.name for one in every}) == len(every) == 3 * 3 + 3 * 3

@@ -107,7 +107,7 @@ def test_a_folder_without_models_is_named(capsys, tmp_path):
 
 @pytest.mark.slow
 def test_a_model_is_calibrated_on_recorded_traffic_and_not_again(tmp_path, monkeypatch):
-    monkeypatch.setattr(rare, "NETWORKS", ("mountain",))
+    monkeypatch.setattr(rare, "TRAINING_NETWORKS", ("mountain",))
     monkeypatch.setattr(rare, "CALIBRATION_RUNS", 1)
     trained = bundled()["carla", "tracked"]
     save({("carla", "tracked"): replace(trained, learned=dict(trained.learned))}, tmp_path / "models")

@@ -10,7 +10,7 @@ from gpsec.core import shipped
 from gpsec.detection.calibration import Calibrated
 from gpsec.detection.models import ProfileModel, load_models
 from gpsec.detection.training import merged, related
-from gpsec.training import NETWORKS
+from gpsec.scenario.networks import TRAINING_NETWORKS
 from gpsec.training.pool import Pool
 
 
@@ -107,6 +107,6 @@ def test_elsewhere_than_on_a_terminal_progress_is_plain_lines(capsys, tmp_path):
     assert capsys.readouterr().out.splitlines()[-1] == "sums: 2 of 2 done"
 
 
-@pytest.mark.parametrize("network", NETWORKS)
+@pytest.mark.parametrize("network", TRAINING_NETWORKS)
 def test_every_training_network_has_a_scenario(network):
     assert (shipped.scenarios() / network / f"{network}.sumocfg").is_file()
