@@ -26,13 +26,13 @@ SLOW_CURVE = Path(__file__).parents[1] / "scenarios" / "slow_curve"
 SCRIPT = """
 import sys
 from pathlib import Path
-sys.path.insert(0, {tests!r})
+sys.path.insert(0, {repository!r})
 from gpsec import cli
 from gpsec.console import aftermath
 from gpsec.running import batch, impact
 from gpsec.outcomes.digests import table_digests
 from gpsec.pipeline.fingerprint import fingerprint
-from test_cli import write_results
+from tests.cli.runs import write_results
 import json
 
 def run(scenario, folder, report):
@@ -91,7 +91,7 @@ def lay_out(here: Path) -> None:
     for name in ("small", "one", "two"):
         (here / name).mkdir()
         (here / name / "gpsec.toml").write_text(f'sumocfg = "{SLOW_CURVE}/slow_curve.sumocfg"\n')
-    (here / "script.py").write_text(textwrap.dedent(SCRIPT).format(tests=str(Path(__file__).parent)))
+    (here / "script.py").write_text(textwrap.dedent(SCRIPT).format(repository=str(Path(__file__).parents[1])))
 
 
 def run(here: Path, *arguments: str, largest: int = -1) -> tuple[int, str]:
