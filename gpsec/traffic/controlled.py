@@ -8,12 +8,13 @@ from time import perf_counter
 import libsumo
 import numpy as np
 
-from gpsec.core.arrays import Ints
+from gpsec.core.arrays import Floats, Ints
 from gpsec.core.geo import yaw_from_sumo_angle
 from gpsec.core.tables import Slots
 from gpsec.traffic.actuation import Actuation
+from gpsec.traffic.blockers import Blockers
 from gpsec.traffic.commands import Carried, CommandKind, Commands, Others
-from gpsec.traffic.delays import Delays
+from gpsec.traffic.delays import EVERY_S, Delays
 from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.session import SUMO_ERRORS, SumoSession
 from gpsec.traffic.shadows import MOST_HEADING_RAD
@@ -43,7 +44,9 @@ class ControlledSession(SumoSession):
         self._removed = 0
         self._teleports = 0
         self._spent_s = 0.0
+        self._blockers = Blockers()
         self._delays = Delays(self.step_s)
+        self._look_every = max(1, round(EVERY_S / self.step_s))
 
     def command(self, commands: Commands) -> None:
         """Take what is to be done before the next step.
@@ -53,6 +56,7 @@ class ControlledSession(SumoSession):
         """
         began = perf_counter()
         try:
+            self._bystanders.braking.clear()
             if self._actuation.take(commands, self._lane):
                 self._take_others(commands)
         except SUMO_ERRORS as error:
@@ -104,15 +108,25 @@ class ControlledSession(SumoSession):
         self._spent_s += perf_counter() - began
         others = self._bystanders.read(self._roster.equipped)
         path = self._actuation.now.path[rows]
-        self._delays.read(frame, self._actuation)
+        if frame.step % self._look_every == 0:
+            self._blockers.read(self._held_m(frame, front_m))
+        self._delays.read(frame, self._actuation, self._blockers.holds)
         sums = self._removed, self._teleports, self._delays.lost_s, self._spent_s, self._delays.stuck
         return replace(frame, front_m=front_m, carried=Carried(rows, path, surplus_m, others, *sums))
+
+    def _held_m(self, frame: Frame, front_m: Floats) -> dict[str, tuple[float, float]]:
+        """Return the true fronts of all who brake by order."""
+        braking = np.flatnonzero(self._actuation.now.brake_mps2[frame.rows] > 0.0)
+        names = [self._actuation.name_of(row) or "" for row in frame.rows[braking].tolist()]
+        fleet = dict(zip(names, map(tuple, front_m[braking].tolist()), strict=True))
+        return fleet | {name: libsumo.vehicle.getPosition(name) for name in self._bystanders.braking}
 
 
 class _Bystanders:
     """The vehicles that are not part of the fleet, by numbers that they keep."""
 
     def __init__(self) -> None:
+        self.braking: set[str] = set()  # in the last step
         self._number_of: dict[str, int] = {}
         self._slots = Slots()
 
@@ -124,6 +138,7 @@ class _Bystanders:
         """Let one brake in the next step."""
         if (name := self.name_of(number)) is not None:
             libsumo.vehicle.setAcceleration(name, -brake_mps2, step_s)
+            self.braking.add(name)
 
     def read(self, equipped: Set[str]) -> Others:
         """Return who is on the road beside the fleet."""

@@ -1,16 +1,18 @@
 """What the fleet loses against free driving, and who stands for no reason; looked at once a second."""
 
+from collections.abc import Callable
+
 import libsumo
 import numpy as np
 
 from gpsec.core.arrays import Floats, Ints
 from gpsec.traffic.actuation import Actuation
 from gpsec.traffic.source import Frame
+from gpsec.traffic.waits import STANDING_MPS, is_stuck
 
-_EVERY_S, _STANDING_MPS, _STUCK_S = 1.0, 0.1, 30.0
-# A leader, a stop line or a junction that is nearer is a reason to stand; one look without a reason is none: who gives
-# way may be about to go.
-_NEAR_M, _IDLE_LOOKS = 15.0, 5
+EVERY_S, _STUCK_S = 1.0, 30.0
+# One look without a reason is none: who gives way may be about to go.
+_IDLE_LOOKS = 5
 
 
 class Delays:
@@ -18,21 +20,21 @@ class Delays:
 
     Attributes:
         lost_s: seconds lost so far, as SUMO counts them.
-        stuck: vehicles so far that stood for half a minute, at the end of it for no reason: without a leader, a light,
-            a stop, a brake or somebody to whom they give way.
+        stuck: vehicles so far that stood for half a minute, at the end of it for no reason, see
+            `gpsec.traffic.waits.is_stuck`.
     """
 
     def __init__(self, step_s: float) -> None:
         self.lost_s = 0.0
         self.stuck = 0
-        self._every = max(1, round(_EVERY_S / step_s))
+        self._every = max(1, round(EVERY_S / step_s))
         self._looks = round(_STUCK_S / (self._every * step_s))  # in which a vehicle that is stuck stands
         self._lost_s: Floats = np.zeros(1)
         self._stood: Ints = np.zeros(1, np.int32)
         self._idle: Ints = np.zeros(1, np.int32)
 
-    def read(self, frame: Frame, actuation: Actuation) -> None:
-        """Take in a step."""
+    def read(self, frame: Frame, actuation: Actuation, is_held: Callable[[str], bool]) -> None:
+        """Take in a step; `is_held` says whether a vehicle is to stand, or somebody who is stands in its way."""
         rows = frame.rows
         if len(rows) and rows[-1] >= len(self._lost_s):
             more = 2 * int(rows[-1]) + 2 - len(self._lost_s)
@@ -49,26 +51,9 @@ class Delays:
         before = self._lost_s[rows]
         self._lost_s[rows] = list(map(vehicle.getTimeLoss, names))
         self.lost_s += float(np.maximum(self._lost_s[rows] - before, 0.0).sum())
-        stands = np.array(list(map(vehicle.getSpeed, names))) < _STANDING_MPS
+        stands = np.array(list(map(vehicle.getSpeed, names))) < STANDING_MPS
         self._stood[rows] = np.where(stands, self._stood[rows] + 1, 0)
         self._idle[rows[~stands]] = 0
         for row in rows[self._stood[rows] >= self._looks].tolist():
-            name, brakes = actuation.name_of(row) or "", bool(actuation.now.brake_mps2[row] > 0.0)
-            self._idle[row] = self._idle[row] + 1 if not brakes and _for_no_reason(name) else 0
+            self._idle[row] = self._idle[row] + 1 if is_stuck(actuation.name_of(row) or "", is_held) else 0
             self.stuck += int(self._idle[row] == _IDLE_LOOKS)
-
-
-def _for_no_reason(name: str) -> bool:
-    """Return whether a vehicle that stands has no leader, light or stop before it, and gives way to nobody."""
-    vehicle = libsumo.vehicle
-    leader = vehicle.getLeader(name, _NEAR_M)
-    light = vehicle.getNextTLS(name)[:1]
-    waits = any(distance_m < _NEAR_M and state.lower() != "g" for _, _, distance_m, state in light)
-    return not (waits or vehicle.isStopped(name) or (leader is not None and leader[0]) or _gives_way(name))
-
-
-def _gives_way(name: str) -> bool:
-    """Return whether somebody who moves has the right of way before a vehicle, which is at the junction."""
-    vehicle = libsumo.vehicle
-    foes = (foe for foe, *_, must, _ in vehicle.getJunctionFoes(name, _NEAR_M) if must)
-    return any(vehicle.getSpeed(foe) >= _STANDING_MPS for foe in foes)

@@ -152,6 +152,10 @@ def _closed_loop(config: SumoConfig, notes: list[str]) -> dict[str, str]:
         "closed loop: lcMaxSpeedLatStanding set to 0 and lcMaxSpeedLatFactor to 0.27: who stands does not slide across"
         " the road"
     )
+    notes.append(
+        "closed loop: junctionModel.ignoreIDs set where who is held still has stood for 10 s near a junction, out of a"
+        " vehicle's way: it would give way to a wreck for ever"
+    )
     return {name: value for name, (value, _) in _CLOSED_LOOP.items()}
 
 

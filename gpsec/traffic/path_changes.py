@@ -22,6 +22,16 @@ def wanted_lanes(vehicle_id: str, path: str) -> int:
     return 0
 
 
+def beside(vehicle_id: str, side: int, reach_m: float) -> list[str]:
+    """Return who is so near on one side, SUMO's left where `side` is above 0, that a vehicle may have to wait."""
+    right = _RIGHT if side < 0 else 0
+    near = [
+        *libsumo.vehicle.getNeighbors(vehicle_id, right | _LEADERS),
+        *libsumo.vehicle.getNeighbors(vehicle_id, right),
+    ]
+    return [name for name, gap_m in near if gap_m < reach_m]
+
+
 def has_room(vehicle_id: str, side: int) -> bool:
     """Return whether nobody beside the vehicle would have to brake harder than one may expect."""
     vehicle = libsumo.vehicle

@@ -1,0 +1,49 @@
+"""Why a vehicle stands: whom it waits for, and whether anybody at the end of that has a reason."""
+
+from collections.abc import Callable
+
+import libsumo
+
+from gpsec.traffic.path_changes import beside, wanted_lanes
+
+STANDING_MPS = 0.1
+# A leader, a stop line or a junction that is nearer is a reason to stand.
+NEAR_M = 15.0
+
+
+def is_stuck(name: str, is_held: Callable[[str], bool]) -> bool:
+    """Return whether a vehicle that stands waits for nobody, or for others who wait for it, none with a reason.
+
+    A reason is that one moves, is stopped, has a red light before it, or that `is_held` says so. Who waits for others
+    who are stuck is not: they are.
+    """
+    waits, seen, circle = [name], {name}, False
+    while waits:
+        one = waits.pop()
+        if is_held(one) or _has_reason(one):
+            return False
+        awaited = _awaited(one)
+        if one == name and not awaited:
+            return True
+        circle |= name in awaited
+        waits += [other for other in awaited if other not in seen]
+        seen.update(awaited)
+    return circle
+
+
+def _has_reason(name: str) -> bool:
+    vehicle = libsumo.vehicle
+    light = vehicle.getNextTLS(name)[:1]
+    waits = any(distance_m < NEAR_M and state.lower() != "g" for _, _, distance_m, state in light)
+    return bool(waits or vehicle.isStopped(name) or vehicle.getSpeed(name) >= STANDING_MPS)
+
+
+def _awaited(name: str) -> list[str]:
+    """Return who is before a vehicle, has the right of way before it, or is beside it where it has to go over."""
+    vehicle = libsumo.vehicle
+    leader = vehicle.getLeader(name, NEAR_M)
+    awaited = [leader[0]] if leader is not None and leader[0] else []
+    awaited += [foe for foe, *_, must, _ in vehicle.getJunctionFoes(name, NEAR_M) if must]
+    if side := wanted_lanes(name, vehicle.getLaneID(name)):
+        awaited += beside(name, side, NEAR_M)
+    return awaited
