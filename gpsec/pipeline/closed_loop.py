@@ -77,6 +77,7 @@ class ClosedLoop:
         self._kept = Kept(hd_map, step_s)
         self._state = RoadState(hd_map.sides)
         self._names: dict[int, str] = {}
+        self._taken_away: set[int] = set()  # rows of wrecks, until they have left
         self._collisions = Collisions(self._names, self._happened, self._kept)
         self._critical = [0, 0]
         self._surplus = [0, 0]
@@ -86,7 +87,8 @@ class ClosedLoop:
         """Close the stories of who has left, and begin those of who has departed; before the loop takes the frame."""
         people = {row: self._names.pop(row) for row in frame.left}
         self._happened.close(people, KIND_NAMES)
-        self._happened.totals.arrived += len(people)
+        self._happened.totals.arrived += len(people.keys() - self._taken_away)
+        self._taken_away -= people.keys()
         new = np.array([departure.row for departure in frame.departures], np.int32)
         for departure in frame.departures:
             self._names[departure.row] = departure.vehicle_id
@@ -207,6 +209,9 @@ class ClosedLoop:
         order[:count][driven] = CommandKind.STEER
         order[met.expired] = CommandKind.REMOVE
         told = (order != CommandKind.BRAKE) | (both > 0.0)
+        # Those that were told to leave are still in the next step; then somebody else may have their row.
+        told[:count] &= ~np.isin(rows, list(self._taken_away))
+        self._taken_away.update(rows[met.expired[:count]].tolist())
         lateral_m = np.zeros(len(who))
         lateral_m[:count][driven] = steered.offset_m[rows[driven]]
         released = wishes.released

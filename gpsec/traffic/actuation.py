@@ -80,6 +80,12 @@ class Actuation:
         if rows:
             self._refresh()
 
+    def let_go(self, row: int) -> None:
+        """Command the vehicle of a row no more: SUMO is about to take it out."""
+        self.now.held[row] = self.now.present[row] = False
+        self.now.brake_mps2[row] = 0.0
+        self._refresh()
+
     def name_of(self, row: int) -> str | None:
         """Return SUMO's id of the vehicle of a row, None where it has left."""
         return self._names.get(row)

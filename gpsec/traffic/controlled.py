@@ -71,6 +71,7 @@ class ControlledSession(SumoSession):
             names = self._bystanders if commands.others[at] else self._actuation
             name = names.name_of(int(commands.rows[at]))
             if name is not None:
+                names.let_go(int(commands.rows[at]))
                 libsumo.vehicle.remove(name)
                 self._removed += 1
 
@@ -119,7 +120,8 @@ class ControlledSession(SumoSession):
         braking = np.flatnonzero(self._actuation.now.brake_mps2[frame.rows] > 0.0)
         names = [self._actuation.name_of(row) or "" for row in frame.rows[braking].tolist()]
         fleet = dict(zip(names, map(tuple, front_m[braking].tolist()), strict=True))
-        return fleet | {name: libsumo.vehicle.getPosition(name) for name in self._bystanders.braking}
+        others = self._bystanders.braking & set(libsumo.vehicle.getIDList())
+        return fleet | {name: libsumo.vehicle.getPosition(name) for name in others}
 
 
 class _Bystanders:
@@ -133,6 +135,10 @@ class _Bystanders:
     def name_of(self, number: int) -> str | None:
         """Return SUMO's id of a number, None where there is no such vehicle any more."""
         return next((name for name, own in self._number_of.items() if own == number), None)
+
+    def let_go(self, number: int) -> None:
+        """Command one no more."""
+        self.braking.discard(self.name_of(number) or "")
 
     def brake(self, number: int, brake_mps2: float, step_s: float) -> None:
         """Let one brake in the next step."""

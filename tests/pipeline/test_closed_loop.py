@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 from gpsec.core.errors import GpsecError
+from gpsec.pipeline.closed_loop import ClosedLoop
 from gpsec.pipeline.run import run_scenario
 from gpsec.pipeline.warmup_run import Extras
 from gpsec.scenario import load_scenario
@@ -114,6 +115,25 @@ def test_false_alarms_come_at_the_rate_that_is_asked_for(repository, tmp_path):
     assert abs(found["alarms"] - 600.0 * hours) < 4.0 * (600.0 * hours) ** 0.5
     assert found["attacked"] == 0
     assert abs(found["stops"] / found["alarms"] - np.exp(-5.0 / 6.0)) < 0.15
+
+
+@pytest.mark.slow
+def test_who_departed_has_arrived_was_taken_away_or_is_on_the_road(repository, tmp_path, monkeypatch):
+    """Wrecks are taken away a second after the crash; at the end some vehicles are still on the road."""
+    on_road, step = [], ClosedLoop.step
+
+    def watched(self, frame, *more):
+        on_road.append(len(frame.rows))
+        return step(self, frame, *more)
+
+    monkeypatch.setattr(ClosedLoop, "step", watched)
+    plan = 'plans=[{attack="stealth",share=0.5}]'
+    world = worlds(repository, plan, "closed_loop.wreck_s=1.0", "duration_s=120.0", net="town")[1]
+    found = row(go(world, tmp_path / "wrecks"))
+    assert found["removed"] > 0
+    assert found["arrived"] > 0
+    assert on_road[-1] > 0
+    assert found["vehicles"] == found["arrived"] + found["removed"] + on_road[-1]
 
 
 def test_what_is_recorded_cannot_react(repository, tmp_path):
