@@ -20,14 +20,14 @@ import numpy as np
 from gpsec.core.arrays import Floats, Ints
 from gpsec.core.tables import Table
 from gpsec.traffic.commands import Commands
-from gpsec.traffic.path_changes import has_room, is_late, take_another_way, wanted_lanes
+from gpsec.traffic.path_changes import fall_back, is_late, room_beside, take_another_way, wanted_change
 from gpsec.traffic.shadows import Held, Orders, Placed, TakenOver, move_shadows, settle_shadows, take_orders
 from gpsec.traffic.sumo_lanes import SumoLanes
 
 # SUMO bounds the speed across the road of its own vehicles; those that are steered are put where they are to be.
 _BOUND, _FREE_MPS, _NONE = "laneChangeModel.lcMaxSpeedLatStanding", "1", "0"
 # So often it is looked whether a path leads on along the route, which may change; and whether there is room to go over.
-_LOOK_S, _LOOK_FOR_ROOM_S = 5.0, 1.0
+_LOOK_S, _LOOK_FOR_ROOM_S = 5.0, 0.2
 
 
 class Actuation:
@@ -160,14 +160,17 @@ class Actuation:
         path = int(held.path[row])
         if lanes.internal[path] or (lanes.left[path] < 0 and lanes.right[path] < 0):
             return _LOOK_S
-        wanted = wanted_lanes(name, self.lanes.ids[path])
-        side = (wanted > 0) - (wanted < 0)
+        wanted = wanted_change(name, self.lanes.ids[path])
+        side = (wanted.lanes > 0) - (wanted.lanes < 0)
         to = int(lanes.left[path] if side > 0 else lanes.right[path]) if side else -1
         if to < 0:
             return _LOOK_S
-        if not has_room(name, side):
-            if is_late(name, float(lanes.length_m[path] - held.position_m[row]), wanted):
+        room = room_beside(name, side)
+        if not room.enough:
+            if is_late(name, float(lanes.length_m[path] - held.position_m[row]), wanted.lanes):
                 take_another_way(name, self.lanes.ids[path])
+            else:
+                fall_back(name, room, wanted, _LOOK_FOR_ROOM_S)
             return _LOOK_FOR_ROOM_S
         apart_m = lanes.middle_m[to] - lanes.middle_m[path]
         held.path[row] = to

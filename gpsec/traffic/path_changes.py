@@ -1,5 +1,8 @@
 """Where the path of a steered vehicle has to go over to the lane beside it, and whether there is room for that."""
 
+from math import inf
+from typing import NamedTuple
+
 import libsumo
 
 from gpsec.traffic.shadows import KEPT_FREE_M
@@ -7,6 +10,9 @@ from gpsec.traffic.shadows import KEPT_FREE_M
 # Braking that a driver expects of those behind, and the time that they take to begin it.
 _BRAKE_MPS2, _REACTION_S = 4.5, 0.5
 _LEAST_GAP_M = 1.0
+# Who has to go over within so long falls back behind those beside it, where these drive and do not crawl: so much
+# slower than they are, and so gently.
+_SOON_S, _CRAWL_MPS, _SLOWER_MPS, _FALL_BACK_MPS2 = 20.0, 6.0, 3.0, 1.0
 # Who is so near to the end of a lane, or to where SUMO stops it before that, that it could no longer come to stand
 # comfortably before, does not get over any more.
 _LATE_M, _LATE_S = 20.0, 1.0
@@ -14,12 +20,19 @@ _LATE_M, _LATE_S = 20.0, 1.0
 _LEADERS, _RIGHT = 2, 1
 
 
-def wanted_lanes(vehicle_id: str, path: str) -> int:
-    """Return by how many lanes the route asks of the path, a lane's id, to go over to SUMO's left; negative: right."""
-    for lane_id, _, _, offset, *_ in libsumo.vehicle.getBestLanes(vehicle_id):
+class Wanted(NamedTuple):
+    """What the route asks of a path: to go over by `lanes` to SUMO's left (negative: right) within `ahead_m`."""
+
+    lanes: int
+    ahead_m: float
+
+
+def wanted_change(vehicle_id: str, path: str) -> Wanted:
+    """Return what the route asks of the path of a vehicle, a lane's id."""
+    for lane_id, length_m, _, offset, *_ in libsumo.vehicle.getBestLanes(vehicle_id):
         if lane_id == path:
-            return int(offset)
-    return 0
+            return Wanted(int(offset), float(length_m - libsumo.vehicle.getLanePosition(vehicle_id)))
+    return Wanted(0, 0.0)
 
 
 def beside(vehicle_id: str, side: int, reach_m: float) -> list[str]:
@@ -32,22 +45,49 @@ def beside(vehicle_id: str, side: int, reach_m: float) -> list[str]:
     return [name for name, gap_m in near if gap_m < reach_m]
 
 
-def has_room(vehicle_id: str, side: int) -> bool:
-    """Return whether nobody beside the vehicle would have to brake harder than one may expect."""
+class Room(NamedTuple):
+    """Whether nobody beside a vehicle would have to brake harder than one may expect.
+
+    Attributes:
+        enough: there is room.
+        beside_mps: speed of the slowest of those that drive abreast or are too near ahead, infinite without any.
+    """
+
+    enough: bool
+    beside_mps: float
+
+
+def room_beside(vehicle_id: str, side: int) -> Room:
+    """Return what room there is on a side, 1 for SUMO's left and -1 for its right."""
     vehicle = libsumo.vehicle
     own = vehicle.getSpeed(vehicle_id)
     right = _RIGHT if side < 0 else 0
+    enough, beside_mps = True, inf
     for name, gap_m in vehicle.getNeighbors(vehicle_id, right | _LEADERS):
-        if gap_m < _needed_m(own, vehicle.getSpeed(name)):
-            return False
+        other = vehicle.getSpeed(name)
+        if gap_m < _needed_m(own, other):
+            enough, beside_mps = False, min(beside_mps, other)
     for name, gap_m in vehicle.getNeighbors(vehicle_id, right):
-        if gap_m < _needed_m(vehicle.getSpeed(name), own):
-            return False
-    return True
+        other = vehicle.getSpeed(name)
+        if gap_m < _needed_m(other, own):
+            enough = False
+            if gap_m < _LEAST_GAP_M:
+                beside_mps = min(beside_mps, other)
+    return Room(enough, beside_mps)
+
+
+def fall_back(vehicle_id: str, room: Room, wanted: Wanted, lasts_s: float) -> None:
+    """Let a vehicle that has to go over soon slow down behind those beside it, gently, for `lasts_s` seconds.
+
+    At their speed it would drive abreast of them to the end of its lane, and stand there.
+    """
+    own = libsumo.vehicle.getSpeed(vehicle_id)
+    if wanted.ahead_m < _SOON_S * own and _CRAWL_MPS < room.beside_mps < own + _SLOWER_MPS:
+        libsumo.vehicle.setAcceleration(vehicle_id, -_FALL_BACK_MPS2, lasts_s)
 
 
 def is_late(vehicle_id: str, ahead_m: float, lanes: int) -> bool:
-    """Return whether a vehicle that has `ahead_m` left of its lane will not get over by `lanes`, see `wanted_lanes`."""
+    """Return whether a vehicle that has `ahead_m` left of its lane will not get over by `lanes`, see `Wanted`."""
     own = libsumo.vehicle.getSpeed(vehicle_id)
     kept_free_m = KEPT_FREE_M if lanes > 1 else 0.0
     return bool(ahead_m < kept_free_m + _LATE_M + own * _LATE_S + own * own / (2.0 * _BRAKE_MPS2))

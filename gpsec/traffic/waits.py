@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import libsumo
 
-from gpsec.traffic.path_changes import beside, wanted_lanes
+from gpsec.traffic.path_changes import beside, wanted_change
 
 STANDING_MPS = 0.1
 # A leader, a stop line or a junction that is nearer is a reason to stand.
@@ -44,6 +44,6 @@ def _awaited(name: str) -> list[str]:
     leader = vehicle.getLeader(name, NEAR_M)
     awaited = [leader[0]] if leader is not None and leader[0] else []
     awaited += [foe for foe, *_, must, _ in vehicle.getJunctionFoes(name, NEAR_M) if must]
-    if side := wanted_lanes(name, vehicle.getLaneID(name)):
+    if side := wanted_change(name, vehicle.getLaneID(name)).lanes:
         awaited += beside(name, side, NEAR_M)
     return awaited

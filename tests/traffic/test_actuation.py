@@ -155,7 +155,7 @@ def test_who_stands_does_not_slide_across_the_road(scenario, lane_index):
     with Driven(config, lane_index) as driven:
         across = []
         for frame in driven.frames(100.0):
-            driven.steer("v", brake_mps2=8.0 if 10 <= frame.step < 130 else 0.0)
+            driven.steer("v", brake_mps2=8.0 if 1 <= frame.step < 130 else 0.0)
             if frame.step < 160:
                 across.append(driven.place["v"][1])
         right, left = middle_y("A0B0_0"), middle_y("A0B0_1")
