@@ -246,9 +246,9 @@ class ClosedLoop:
             "net": {"projection": projector.definition, "offset_m": list(projector.offset_m)},
             "teleports": carried.teleports if carried else 0,
             "steered_vehicle_steps": self._surplus[1],
-            "command_us_per_steered_vehicle_step": 1e6
-            * (carried.spent_s if carried else 0.0)
-            / max(self._surplus[1], 1),
+            "command_us_per_steered_vehicle_step": 1e6 * carried.spent_s / self._surplus[1]
+            if carried and self._surplus[1]
+            else None,
         }
 
 

@@ -12,7 +12,8 @@ from gpsec.types.constants import UNDEFENDED
 
 # A profile whose fixes are worse cannot keep a lane by them.
 STEERING_SIGMA_M = 0.5
-# Of worlds and seeds together; each has two processes, but only so many at a time as there are cores.
+# Of worlds and seeds together. This bounds time, not memory: only so many are run at a time as there are cores, but at
+# half a minute each these take eight hours on two of them, and more are rather a slip than a wish.
 MOST_WORLDS = 2000
 MOST_FALSE_ALARMS_PER_H = 3600
 
@@ -81,13 +82,13 @@ def with_worlds(scenario: Scenario, seeds: Sequence[int]) -> list[Scenario]:
     """Return a scenario for each world and each seed, named after both.
 
     Raises:
-        GpsecError: see `worlds_of`; or there are more than a machine can hold, or SUMO cannot run them as it is told.
+        GpsecError: see `worlds_of`; or there are more than `MOST_WORLDS`, or SUMO cannot run them as it is told.
     """
     worlds = worlds_of(scenario)
     if len(worlds) * len(seeds) > MOST_WORLDS:
         raise GpsecError(
             f"scenario '{scenario.name}': closed_loop: expected at most {MOST_WORLDS} worlds in all, found"
-            f" {len(worlds)} × {len(seeds)} seeds"
+            f" {len(worlds)} × {len(seeds)} seeds; a run for each part of the seeds takes more"
         )
     found = [_of_world(scenario, number, world, seed) for number, world in enumerate(worlds) for seed in seeds]
     sumo_options(found[0])  # what is wrong with them is wrong with all: it is said once
