@@ -8,7 +8,7 @@ from collections.abc import Mapping
 
 import libsumo
 
-from gpsec.traffic.ways import Body, body_of, is_in_the_way, way_of
+from gpsec.traffic.ways import StandingBody, body_of, is_in_the_way, way_of
 
 PATIENCE_S = 10.0
 # Who is on the way of somebody so near is not passed; who is farther off is in nobody's way.
@@ -23,7 +23,7 @@ class Blockers:
 
     def __init__(self) -> None:
         self._held: Mapping[str, tuple[float, float]] = {}
-        self._bodies: dict[str, Body] = {}  # of those who have stood for long
+        self._bodies: dict[str, StandingBody] = {}  # of those who have stood for long
         self._passed: dict[str, str] = {}  # by whom, as SUMO was told
 
     def read(self, held_m: Mapping[str, tuple[float, float]]) -> None:

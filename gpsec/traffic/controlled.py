@@ -14,7 +14,7 @@ from gpsec.core.tables import Slots
 from gpsec.traffic.actuation import Actuation
 from gpsec.traffic.blockers import Blockers
 from gpsec.traffic.commands import Carried, CommandKind, Commands, Others
-from gpsec.traffic.delays import EVERY_S, Delays
+from gpsec.traffic.delays import LOSS_EVERY_S, Delays
 from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.session import SUMO_ERRORS, SumoSession
 from gpsec.traffic.shadows import MOST_HEADING_RAD
@@ -46,7 +46,7 @@ class ControlledSession(SumoSession):
         self._spent_s = 0.0
         self._blockers = Blockers()
         self._delays = Delays(self.step_s)
-        self._look_every = max(1, round(EVERY_S / self.step_s))
+        self._look_every = max(1, round(LOSS_EVERY_S / self.step_s))
 
     def command(self, commands: Commands) -> None:
         """Take what is to be done before the next step.

@@ -8,9 +8,9 @@ import numpy as np
 from gpsec.core.arrays import Floats, Ints
 from gpsec.traffic.actuation import Actuation
 from gpsec.traffic.source import Frame
-from gpsec.traffic.waits import STANDING_MPS, is_stuck
+from gpsec.traffic.waits import HALTED_MPS, is_stuck
 
-EVERY_S, _STUCK_S = 1.0, 30.0
+LOSS_EVERY_S, _STUCK_S = 1.0, 30.0
 # One look without a reason is none: who gives way may be about to go.
 _IDLE_LOOKS = 5
 
@@ -27,7 +27,7 @@ class Delays:
     def __init__(self, step_s: float) -> None:
         self.lost_s = 0.0
         self.stuck = 0
-        self._every = max(1, round(EVERY_S / step_s))
+        self._every = max(1, round(LOSS_EVERY_S / step_s))
         self._looks = round(_STUCK_S / (self._every * step_s))  # in which a vehicle that is stuck stands
         self._lost_s: Floats = np.zeros(1)
         self._stood: Ints = np.zeros(1, np.int32)
@@ -51,7 +51,7 @@ class Delays:
         before = self._lost_s[rows]
         self._lost_s[rows] = list(map(vehicle.getTimeLoss, names))
         self.lost_s += float(np.maximum(self._lost_s[rows] - before, 0.0).sum())
-        stands = np.array(list(map(vehicle.getSpeed, names))) < STANDING_MPS
+        stands = np.array(list(map(vehicle.getSpeed, names))) < HALTED_MPS
         self._stood[rows] = np.where(stands, self._stood[rows] + 1, 0)
         self._idle[rows[~stands]] = 0
         for row in rows[self._stood[rows] >= self._looks].tolist():

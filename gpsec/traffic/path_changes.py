@@ -20,22 +20,22 @@ _LATE_M, _LATE_S = 20.0, 1.0
 _LEADERS, _RIGHT = 2, 1
 
 
-class Wanted(NamedTuple):
+class WantedChange(NamedTuple):
     """What the route asks of a path: to go over by `lanes` to SUMO's left (negative: right) within `ahead_m`."""
 
     lanes: int
     ahead_m: float
 
 
-def wanted_change(vehicle_id: str, path: str) -> Wanted:
+def wanted_change(vehicle_id: str, path: str) -> WantedChange:
     """Return what the route asks of the path of a vehicle, a lane's id."""
     for lane_id, length_m, _, offset, *_ in libsumo.vehicle.getBestLanes(vehicle_id):
         if lane_id == path:
-            return Wanted(int(offset), float(length_m - libsumo.vehicle.getLanePosition(vehicle_id)))
-    return Wanted(0, 0.0)
+            return WantedChange(int(offset), float(length_m - libsumo.vehicle.getLanePosition(vehicle_id)))
+    return WantedChange(0, 0.0)
 
 
-def beside(vehicle_id: str, side: int, reach_m: float) -> list[str]:
+def who_is_beside(vehicle_id: str, side: int, reach_m: float) -> list[str]:
     """Return who is so near on one side, SUMO's left where `side` is above 0, that a vehicle may have to wait."""
     right = _RIGHT if side < 0 else 0
     near = [
@@ -45,7 +45,7 @@ def beside(vehicle_id: str, side: int, reach_m: float) -> list[str]:
     return [name for name, gap_m in near if gap_m < reach_m]
 
 
-class Room(NamedTuple):
+class RoomBeside(NamedTuple):
     """Whether nobody beside a vehicle would have to brake harder than one may expect.
 
     Attributes:
@@ -57,7 +57,7 @@ class Room(NamedTuple):
     beside_mps: float
 
 
-def room_beside(vehicle_id: str, side: int) -> Room:
+def room_beside(vehicle_id: str, side: int) -> RoomBeside:
     """Return what room there is on a side, 1 for SUMO's left and -1 for its right."""
     vehicle = libsumo.vehicle
     own = vehicle.getSpeed(vehicle_id)
@@ -73,10 +73,10 @@ def room_beside(vehicle_id: str, side: int) -> Room:
             enough = False
             if gap_m < _LEAST_GAP_M:
                 beside_mps = min(beside_mps, other)
-    return Room(enough, beside_mps)
+    return RoomBeside(enough, beside_mps)
 
 
-def fall_back(vehicle_id: str, room: Room, wanted: Wanted, lasts_s: float) -> None:
+def fall_back(vehicle_id: str, room: RoomBeside, wanted: WantedChange, lasts_s: float) -> None:
     """Let a vehicle that has to go over soon slow down behind those beside it, gently, for `lasts_s` seconds.
 
     At their speed it would drive abreast of them to the end of its lane, and stand there.
@@ -87,7 +87,7 @@ def fall_back(vehicle_id: str, room: Room, wanted: Wanted, lasts_s: float) -> No
 
 
 def is_late(vehicle_id: str, ahead_m: float, lanes: int) -> bool:
-    """Return whether a vehicle that has `ahead_m` left of its lane will not get over by `lanes`, see `Wanted`."""
+    """Return whether a vehicle that has `ahead_m` left of its lane will not get over by `lanes`, see `WantedChange`."""
     own = libsumo.vehicle.getSpeed(vehicle_id)
     kept_free_m = KEPT_FREE_M if lanes > 1 else 0.0
     return bool(ahead_m < kept_free_m + _LATE_M + own * _LATE_S + own * own / (2.0 * _BRAKE_MPS2))

@@ -4,11 +4,11 @@ from collections.abc import Callable
 
 import libsumo
 
-from gpsec.traffic.path_changes import beside, wanted_change
+from gpsec.traffic.path_changes import wanted_change, who_is_beside
 
-STANDING_MPS = 0.1
+HALTED_MPS = 0.1
 # A leader, a stop line or a junction that is nearer is a reason to stand.
-NEAR_M = 15.0
+WAITING_GAP_M = 15.0
 
 
 def is_stuck(name: str, is_held: Callable[[str], bool]) -> bool:
@@ -34,16 +34,16 @@ def is_stuck(name: str, is_held: Callable[[str], bool]) -> bool:
 def _has_reason(name: str) -> bool:
     vehicle = libsumo.vehicle
     light = vehicle.getNextTLS(name)[:1]
-    waits = any(distance_m < NEAR_M and state.lower() != "g" for _, _, distance_m, state in light)
-    return bool(waits or vehicle.isStopped(name) or vehicle.getSpeed(name) >= STANDING_MPS)
+    waits = any(distance_m < WAITING_GAP_M and state.lower() != "g" for _, _, distance_m, state in light)
+    return bool(waits or vehicle.isStopped(name) or vehicle.getSpeed(name) >= HALTED_MPS)
 
 
 def _awaited(name: str) -> list[str]:
     """Return who is before a vehicle, has the right of way before it, or is beside it where it has to go over."""
     vehicle = libsumo.vehicle
-    leader = vehicle.getLeader(name, NEAR_M)
+    leader = vehicle.getLeader(name, WAITING_GAP_M)
     awaited = [leader[0]] if leader is not None and leader[0] else []
-    awaited += [foe for foe, *_, must, _ in vehicle.getJunctionFoes(name, NEAR_M) if must]
+    awaited += [foe for foe, *_, must, _ in vehicle.getJunctionFoes(name, WAITING_GAP_M) if must]
     if side := wanted_change(name, vehicle.getLaneID(name)).lanes:
-        awaited += beside(name, side, NEAR_M)
+        awaited += who_is_beside(name, side, WAITING_GAP_M)
     return awaited

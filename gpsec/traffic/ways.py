@@ -12,7 +12,7 @@ _EVERY_M = 0.5  # between the points of a line
 _MARGIN_M = 0.3  # between two bodies that pass each other
 
 
-class Body(NamedTuple):
+class StandingBody(NamedTuple):
     """A body on the road.
 
     Attributes:
@@ -24,12 +24,12 @@ class Body(NamedTuple):
     half_width_m: float
 
 
-def body_of(name: str, front_m: tuple[float, float]) -> Body:
+def body_of(name: str, front_m: tuple[float, float]) -> StandingBody:
     """Return the body of a vehicle with its front at `front_m`; it lies along its lane, since SUMO turns who stands."""
     vehicle = libsumo.vehicle
     yaw = yaw_from_sumo_angle(libsumo.lane.getAngle(vehicle.getLaneID(name), vehicle.getLanePosition(name)))
     front, length_m = complex(*front_m), vehicle.getLength(name)
-    return Body(_points([front, front - length_m * np.exp(1j * yaw)], length_m), 0.5 * vehicle.getWidth(name))
+    return StandingBody(_points([front, front - length_m * np.exp(1j * yaw)], length_m), 0.5 * vehicle.getWidth(name))
 
 
 def way_of(name: str, reach_m: float) -> Floats:
@@ -47,7 +47,7 @@ def way_of(name: str, reach_m: float) -> Floats:
     return _points(line, reach_m)
 
 
-def is_in_the_way(body: Body, way: Floats, half_width_m: float) -> bool:
+def is_in_the_way(body: StandingBody, way: Floats, half_width_m: float) -> bool:
     """Return whether who goes `way` with a body of that width would touch the other one."""
     least_m = np.abs(body.axis[:, None] - way[None, :]).min()
     return bool(least_m < body.half_width_m + half_width_m + _MARGIN_M)
