@@ -5,6 +5,7 @@ from collections.abc import Callable
 import libsumo
 
 from gpsec.traffic.path_changes import wanted_change, who_is_beside
+from gpsec.traffic.ways import next_lane
 
 HALTED_MPS = 0.1
 # A leader, a stop line or a junction that is nearer is a reason to stand.
@@ -39,11 +40,27 @@ def _has_reason(name: str) -> bool:
 
 
 def _awaited(name: str) -> list[str]:
-    """Return who is before a vehicle, has the right of way before it, or is beside it where it has to go over."""
+    """Return who is before a vehicle, crosses before it or may, or is beside it where it has to go over."""
     vehicle = libsumo.vehicle
     leader = vehicle.getLeader(name, WAITING_GAP_M)
     awaited = [leader[0]] if leader is not None and leader[0] else []
     awaited += [foe for foe, *_, must, _ in vehicle.getJunctionFoes(name, WAITING_GAP_M) if must]
+    awaited += _crossing(name)
     if side := wanted_change(name, vehicle.getLaneID(name)).lanes:
         awaited += who_is_beside(name, side, WAITING_GAP_M)
     return awaited
+
+
+def _crossing(name: str) -> list[str]:
+    """Return who is in a junction on a lane that crosses the way of a vehicle that is right before it, or within it.
+
+    SUMO's list of foes knows those that come to a junction, and is empty for who waits in the middle of one.
+    """
+    vehicle, lanes = libsumo.vehicle, libsumo.lane
+    lane = vehicle.getLaneID(name)
+    if lanes.getLength(lane) - vehicle.getLanePosition(name) > WAITING_GAP_M:
+        return []
+    edges = list(vehicle.getRoute(name)[vehicle.getRouteIndex(name) + 1 :])
+    onto = next_lane(lane, edges)
+    crossed = lanes.getInternalFoes(onto) if onto.startswith(":") else ()
+    return [other for foe in crossed for other in lanes.getLastStepVehicleIDs(foe) if other != name]

@@ -41,19 +41,13 @@ def way_of(name: str, reach_m: float) -> Floats:
     shape = _shape(lane)
     behind_m = abs(np.diff(shape))[::-1].cumsum()[::-1]  # from each point but the last to the end
     line += [point for point, to_end_m in zip(shape, [*behind_m, 0.0], strict=True) if to_end_m < left_m]
-    while left_m < reach_m and (lane := _next_lane(lane, edges)):
+    while left_m < reach_m and (lane := next_lane(lane, edges)):
         line += _shape(lane)
         left_m += lanes.getLength(lane)
     return _points(line, reach_m)
 
 
-def is_in_the_way(body: StandingBody, way: Floats, half_width_m: float) -> bool:
-    """Return whether who goes `way` with a body of that width would touch the other one."""
-    least_m = np.abs(body.axis[:, None] - way[None, :]).min()
-    return bool(least_m < body.half_width_m + half_width_m + _MARGIN_M)
-
-
-def _next_lane(lane: str, edges: list[str]) -> str:
+def next_lane(lane: str, edges: list[str]) -> str:
     """Return the lane that leads on from one to the first of `edges`, which is taken from them; none: empty."""
     inside = lane.startswith(":")
     for onto, *_, via, _, _, _ in libsumo.lane.getLinks(lane):
@@ -62,6 +56,12 @@ def _next_lane(lane: str, edges: list[str]) -> str:
                 edges.pop(0)
             return str(via or onto)
     return ""
+
+
+def is_in_the_way(body: StandingBody, way: Floats, half_width_m: float) -> bool:
+    """Return whether who goes `way` with a body of that width would touch the other one."""
+    least_m = np.abs(body.axis[:, None] - way[None, :]).min()
+    return bool(least_m < body.half_width_m + half_width_m + _MARGIN_M)
 
 
 def _shape(lane: str) -> list[complex]:

@@ -54,6 +54,26 @@ def test_who_drives_on_is_given_way_to_again(scenario, lane_index):
     assert frame.carried.stuck == 0
 
 
+def test_who_waits_in_the_middle_of_a_junction_for_a_stream_is_not_stuck(scenario, lane_index):
+    """It turns left; those that come towards it for a minute leave no gap."""
+    stream = "".join(
+        f'<vehicle id="s{k}" type="car" depart="{0.8 * k}" departLane="{k % 2}" departSpeed="max" route="south"/>'
+        for k in range(90)
+    )
+    routes = '<route id="south" edges="B2B1 B1B0"/><route id="turn" edges="B0B1 B1A1"/>'
+    slow = '<vehicle id="v" type="slow" depart="0" departLane="1" departPos="100" route="turn"/>'
+    config = scenario(CAR + routes + slow + stream)
+    with Driven(config, lane_index) as driven:
+        stood = stuck = 0
+        for frame in driven.frames(90.0):
+            stuck = frame.carried.stuck
+            driven.steer("v")
+            if "v" in driven.row:
+                stood += driven.session._actuation.now.speed_mps[driven.row["v"]] < 0.1
+        assert stood * driven.session.step_s > 35.0
+        assert stuck == 0
+
+
 @pytest.mark.parametrize(
     ("awaited", "with_reason", "stuck"),
     [
