@@ -8,13 +8,12 @@ from collections.abc import Mapping
 
 import libsumo
 
+from gpsec.traffic.waits import WAITING_GAP_M
 from gpsec.traffic.ways import StandingBody, body_of, is_in_the_way, way_of
 
 PATIENCE_S = 10.0
 # Who is on the way of somebody so near is not passed; who is farther off is in nobody's way.
 _REACH_M = 40.0
-# So near before a vehicle, one who is held still is its reason to stand.
-_NEAR_M = 15.0
 _IGNORED = "junctionModel.ignoreIDs"
 
 
@@ -56,5 +55,5 @@ class Blockers:
         """Return whether a vehicle brakes by order, or somebody who is held still stands close before it."""
         if name in self._held or not self._bodies:
             return name in self._held
-        way, half_width_m = way_of(name, _NEAR_M), 0.5 * libsumo.vehicle.getWidth(name)
+        way, half_width_m = way_of(name, WAITING_GAP_M), 0.5 * libsumo.vehicle.getWidth(name)
         return any(is_in_the_way(body, way, half_width_m) for body in self._bodies.values())

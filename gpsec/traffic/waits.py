@@ -8,7 +8,7 @@ from gpsec.traffic.path_changes import wanted_change, who_is_beside
 from gpsec.traffic.ways import next_lane
 
 HALTED_MPS = 0.1
-# A leader, a stop line or a junction that is nearer is a reason to stand.
+# A leader, a stop line, a junction or one who is held still that is nearer is a reason to stand.
 WAITING_GAP_M = 15.0
 
 
