@@ -17,7 +17,7 @@ from benchmarks.city import ROOT
 from gpsec.attacks.plans import plan_config
 from gpsec.console.bars import display
 from gpsec.scenario import Scenario, load_scenario
-from gpsec.scenario.sections import Defence
+from gpsec.scenario.detection import Defence
 
 DETECTORS = ("chi_square", "cusum", "isolation_forest", "lstm_glr", "innovation", "joint", "separation")
 RATE, RESPONSE = "0.1/h", "ukf5_rollback"

@@ -28,8 +28,9 @@ from gpsec.detection.calibration import RATES
 from gpsec.outcomes.tables import read_table
 from gpsec.paper.runs import RUNS, run_missing
 from gpsec.scenario import Scenario, load_scenario
+from gpsec.scenario.detection import Defence
+from gpsec.scenario.fleet import CameraSection
 from gpsec.scenario.networks import TRAINING_NETWORKS
-from gpsec.scenario.sections import CameraSection, Defence
 from gpsec.training import Driving, train
 
 PROFILE = "dsd"

@@ -22,7 +22,7 @@ from gpsec.console.bars import display
 from gpsec.report.formatting import figure, interval
 from gpsec.running.seeds import parse_seeds
 from gpsec.scenario import Scenario, load_scenario
-from gpsec.scenario.sections import Defence
+from gpsec.scenario.detection import Defence
 from gpsec.types.points import point_name
 
 NETWORKS = ("town", "sharp_turns", "highway")

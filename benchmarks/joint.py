@@ -20,7 +20,7 @@ from gpsec.console.bars import display
 from gpsec.detection.monitor_state import PRESETS
 from gpsec.paper.stress import run_stress, stressed
 from gpsec.scenario import Scenario, load_scenario
-from gpsec.scenario.sections import Defence
+from gpsec.scenario.detection import Defence
 from gpsec.types.points import point_name
 
 FACTORS = ("nothing", "gnss_1.5", "camera_1.5", "map_0.1", "map_0.2", "map_road_0.1", "map_road_0.2")

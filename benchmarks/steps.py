@@ -20,7 +20,7 @@ from gpsec.console.bars import display
 from gpsec.paper.pool import Estimate, detection, false_alarms, of_defence, of_detector, read_runs, share
 from gpsec.running.workers import run_scenarios
 from gpsec.scenario import Scenario, load_scenario
-from gpsec.scenario.sections import Defence
+from gpsec.scenario.detection import Defence
 from gpsec.sensors.registry import PROFILES
 from gpsec.types.points import PER_SAMPLE
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from gpsec.core import caches
+from gpsec.core import caches, trust
 from gpsec.core.errors import GpsecError
 from gpsec.hdmap import map as maps
 from gpsec.hdmap.error import MapError
@@ -222,9 +222,9 @@ def test_a_folder_of_somebody_else_is_refused(root: Path) -> None:
 def test_a_group_counts_as_others_unless_it_is_the_user_s_own(root: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     root.mkdir()
     root.chmod(0o775)
-    monkeypatch.setattr(caches, "_is_private", lambda group: group == root.stat().st_gid)
+    monkeypatch.setattr(trust, "_is_private", lambda group: group == root.stat().st_gid)
     assert caches.cache_folder() == root
-    monkeypatch.setattr(caches, "_is_private", lambda group: False)
+    monkeypatch.setattr(trust, "_is_private", lambda group: False)
     with pytest.raises(GpsecError, match="others can write"):
         caches.cache_folder()
 

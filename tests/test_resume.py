@@ -28,14 +28,12 @@ NAMES = ("one", "two", "three", "four")
 
 SCRIPT = """
 import json, sys, time
-sys.path.insert(0, {tests!r})
-from gpsec import cli
-from gpsec.console import aftermath
-from gpsec.running import batch, impact
+sys.path[:0] = [{root!r}, {tests!r}]
 from gpsec.pipeline.fingerprint import fingerprint
 from gpsec.outcomes.digests import table_digests
 from gpsec.outcomes.tables import TABLES
 from test_resume import NAMES
+from tests.batches import main_with
 
 def run(scenario, folder, report):
     for table in TABLES:
@@ -49,12 +47,7 @@ def run(scenario, folder, report):
     (folder / "manifest.json").write_text(json.dumps(stated))
 
 if __name__ == "__main__":
-    real = batch.run_scenarios
-    batch.run_scenarios = lambda *args: real(*args[:4], run)
-    aftermath.show_findings = lambda folder, all_: None
-    impact.write_impact = lambda folder: None
-    aftermath._report = lambda folder, messages: None
-    sys.exit(cli.main(["run", *NAMES, "--out", "all", *sys.argv[1:]]))
+    sys.exit(main_with(run, ["run", *NAMES, "--out", "all", *sys.argv[1:]]))
 """
 
 
@@ -63,7 +56,7 @@ def make_scenarios(here: Path) -> None:
     for name in NAMES:
         (here / name).mkdir()
         (here / name / "gpsec.toml").write_text(f'sumocfg = "{config}"\n')
-    (here / "script.py").write_text(textwrap.dedent(SCRIPT).format(tests=str(Path(__file__).parent)))
+    (here / "script.py").write_text(textwrap.dedent(SCRIPT).format(root=str(ROOT), tests=str(Path(__file__).parent)))
 
 
 def content(folder: Path) -> dict[str, bytes]:

@@ -27,11 +27,9 @@ SCRIPT = """
 import sys
 from pathlib import Path
 sys.path.insert(0, {repository!r})
-from gpsec import cli
-from gpsec.console import aftermath
-from gpsec.running import batch, impact
 from gpsec.outcomes.digests import table_digests
 from gpsec.pipeline.fingerprint import fingerprint
+from tests.batches import main_with
 from tests.cli.runs import write_results
 import json
 
@@ -44,11 +42,7 @@ def run(scenario, folder, report):
     (folder / "manifest.json").write_text(json.dumps(stated))
 
 if __name__ == "__main__":
-    real = batch.run_scenarios
-    batch.run_scenarios = lambda *args: real(*args[:4], run)
-    aftermath.show_findings = lambda folder, all_: None
-    impact.write_impact = lambda folder: None
-    sys.exit(cli.main(["run", *sys.argv[1:], "--out", "all", "--no-report", "--jobs", "1"]))
+    sys.exit(main_with(run, ["run", *sys.argv[1:], "--out", "all", "--no-report", "--jobs", "1"]))
 """
 
 

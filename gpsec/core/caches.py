@@ -4,13 +4,10 @@ A digest beside an entry tells damage. It cannot tell malice, since whoever can 
 hence the look at who owns and may write the folder.
 """
 
-import grp
 import hashlib
 import os
-import pwd
 import re
 import shutil
-import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
@@ -20,10 +17,10 @@ from uuid import uuid4
 
 from gpsec.core import sources
 from gpsec.core.errors import GpsecError, shown
+from gpsec.core.trust import is_ours, refuse_shared
 
 _DIGESTS = "SHA256SUMS"
 _DIGEST_BYTES = 32
-_ACL = "system.posix_acl_access"
 # Names of what is kept: by the code it was made with, and with what, or on what machine; of Plotly's script; of what is
 # being written; and names that an earlier version gave.
 _MADE = re.compile(r"(?P<kind>[\w.]+)-(?P<code>[0-9a-f]{16})(-[0-9a-f]{16,32})?")
@@ -123,7 +120,7 @@ def read(path: Path) -> bytes | None:
     """Return what was written into an entry; None where there is none, it is damaged or it is not ours."""
     try:
         with path.open("rb") as file:
-            if not _is_ours(file.fileno()):
+            if not is_ours(file.fileno()):
                 return None
             digest, content = file.read(_DIGEST_BYTES), file.read()
     except OSError:
@@ -174,8 +171,8 @@ def is_whole(folder: Path) -> bool:
         kept = {name: digest for digest, _, name in (line.partition("  ") for line in lines)}
         return (
             names == set(kept)
-            and _is_ours(folder)
-            and all(_is_ours(folder / name) and _digest(folder / name) == kept[name] for name in names)
+            and is_ours(folder)
+            and all(is_ours(folder / name) and _digest(folder / name) == kept[name] for name in names)
         )
     except (OSError, ValueError):
         return False
@@ -255,7 +252,7 @@ def _below(folder: Path, *names: str, variable: str) -> Path:
         folder = folder / name
         if folder.exists():
             folder = folder.resolve()
-            _refuse(folder, str(folder), variable)
+            refuse_shared(folder, str(folder), variable)
     return folder
 
 
@@ -271,61 +268,5 @@ def _usable(folder: Path | None, where: str, variable: str) -> Path:
         usable = False
     if folder is None or not usable:
         raise GpsecError(f"{where}: expected a folder that can be written; name another one in {variable}")
-    _refuse(folder, where, variable)
+    refuse_shared(folder, where, variable)
     return folder
-
-
-def _refuse(folder: Path, where: str, variable: str) -> None:
-    """Refuse a folder in which somebody else can change things, by itself or by one of its parents, as ssh does.
-
-    In a parent where everybody may write but only rename what is theirs, such as ``/tmp``, one's own folder is safe.
-    """
-    for place in (folder, *folder.parents):
-        info = place.lstat()
-        shared = info.st_mode & stat.S_ISVTX and place != folder
-        if not _is_trusted(info.st_uid):
-            found = f"{place} belongs to {_user(info.st_uid)}"
-        elif not shared and _others_write(place, info):
-            found = f"others can write {place} (mode {stat.S_IMODE(info.st_mode):o})"
-        else:
-            continue
-        raise GpsecError(
-            f"{where}: expected a folder that only you and root can change, found that {found}; "
-            f"take it from them (chown, chmod go-w) or name another one in {variable}"
-        )
-
-
-def _is_ours(place: Path | int) -> bool:
-    """Return whether nobody else can change a folder or an (open) file; a link is not asked where it leads."""
-    info = os.fstat(place) if isinstance(place, int) else place.lstat()
-    return not stat.S_ISLNK(info.st_mode) and _is_trusted(info.st_uid) and not _others_write(place, info)
-
-
-def _is_trusted(user: int) -> bool:
-    # Where root's number is not known, in a namespace of users, root is who owns the root folder.
-    return user in (os.geteuid(), 0, Path("/").stat().st_uid)
-
-
-def _others_write(place: Path | int, info: os.stat_result) -> bool:
-    """Return whether its mode lets others write, where the user's own group, without anybody else, is none.
-
-    With an access-control list, the bits of the group are those of everybody who is on it.
-    """
-    if info.st_mode & stat.S_IWOTH:
-        return True
-    return bool(info.st_mode & stat.S_IWGRP) and (not _is_private(info.st_gid) or _ACL in os.listxattr(place))
-
-
-def _is_private(group: int) -> bool:
-    try:
-        user, named = pwd.getpwuid(os.geteuid()), grp.getgrgid(group)
-    except KeyError:
-        return False
-    return group == user.pw_gid and named.gr_name == user.pw_name and set(named.gr_mem) <= {user.pw_name}
-
-
-def _user(number: int) -> str:
-    try:
-        return f"'{pwd.getpwuid(number).pw_name}'"
-    except KeyError:
-        return f"user {number}"

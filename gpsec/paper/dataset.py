@@ -17,10 +17,10 @@ from gpsec.paper.suite import STANDARD, blind_plans
 from gpsec.pipeline.run import run_scenario
 from gpsec.running.workshop import Workshop
 from gpsec.scenario import Scenario, load_scenario
+from gpsec.scenario.detection import Defence
 from gpsec.scenario.load import changed
 from gpsec.scenario.networks import TRAINING_NETWORKS
 from gpsec.scenario.overrides import Override
-from gpsec.scenario.sections import Defence
 from gpsec.training.train_models import CALIBRATION_RUNS
 
 CARD, STATED = "README.md", "dataset.json"

@@ -14,7 +14,7 @@ from gpsec.outcomes.seeds import pooled
 from gpsec.outcomes.tables import read_table, whole, write_frame
 from gpsec.paper.suite import RESPONSE, Candidate, Suite
 from gpsec.running.impact import impact_table
-from gpsec.scenario.sections import Defence
+from gpsec.scenario.detection import Defence
 from gpsec.types.points import point_name
 
 LEADERBOARD = "leaderboard.csv"

@@ -12,10 +12,10 @@ from gpsec.paper.runs import RUNS, run_missing
 from gpsec.paper.stress_table import stress_rows
 from gpsec.scenario import Scenario
 from gpsec.scenario.choices import BOUNDS
+from gpsec.scenario.detection import Defence
 from gpsec.scenario.load import changed
 from gpsec.scenario.model import MAX_NAME
 from gpsec.scenario.overrides import Override
-from gpsec.scenario.sections import Defence
 from gpsec.types.points import HEADLINE_RATE, detector_at
 
 TABLE_OF_STRESS = "stress.csv"

@@ -10,11 +10,11 @@ from gpsec.core import shipped
 from gpsec.outcomes.naming import seeded_name
 from gpsec.paper.stress import FACTORS
 from gpsec.scenario import Scenario, load_scenario
+from gpsec.scenario.detection import Defence
 from gpsec.scenario.load import changed
 from gpsec.scenario.networks import TRAINING_NETWORKS
 from gpsec.scenario.outside import Outside
 from gpsec.scenario.overrides import Override
-from gpsec.scenario.sections import Defence
 from gpsec.types.points import point_name
 
 RESPONSE = "ukf5_rollback"

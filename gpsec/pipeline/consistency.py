@@ -20,7 +20,7 @@ from gpsec.pipeline.build import drawn_zones, lay_ground, loop_settings, make_de
 from gpsec.pipeline.loop import Loop
 from gpsec.pipeline.mismatch import make_shared_errors
 from gpsec.scenario import Scenario, load_scenario
-from gpsec.scenario.sections import Defence
+from gpsec.scenario.detection import Defence
 from gpsec.sensors.registry import PROFILES
 from gpsec.traffic.remote import RemoteSession
 from gpsec.types.tracks import Tracks

@@ -20,7 +20,6 @@ from gpsec.detection.base import Detection
 from gpsec.outcomes.kept_traces import KeptTraces
 from gpsec.outcomes.lanes import honest_shares
 from gpsec.outcomes.recorder import Outcomes
-from gpsec.outcomes.steps import StepLog
 from gpsec.outcomes.study import Study
 from gpsec.outcomes.tables import STEP_LOG, TRACES
 from gpsec.outcomes.view import StepView
@@ -43,6 +42,7 @@ from gpsec.pipeline.mapfile import write_map
 from gpsec.pipeline.mismatch import make_shared_errors, mismatch_note
 from gpsec.pipeline.probing import target_columns
 from gpsec.pipeline.remarks import Remarks, beforehand
+from gpsec.pipeline.step_logging import StepLogger, open_step_log
 from gpsec.scenario import Scenario
 from gpsec.scenario.worlds import can_steer
 from gpsec.traffic.remote import RemoteSession
@@ -122,7 +122,6 @@ class _Run:
         self.watch = Stopwatch()
         self.counts = Counts()
         self.remarks = Remarks(ground.hd_map)
-        self.logged: set[str] = set()  # vehicles whose steps are in the log, where only some are
         self.notes: list[str] = []
         self.first_s: float | None = None  # when somebody was on the road for the first time
         for note in (*ground.options.notes, *beforehand(ground), *mismatch_note(scenario), *ground.notes):
@@ -152,9 +151,10 @@ class _Run:
         self.onlooker = onlooker
         if onlooker is not None:
             onlooker.begin(self.outcomes.study)
-        self.log = None
+        self.logger = None
         if scenario.log_steps or scenario.log_vehicles:
-            self.log = stack.enter_context(self._step_log(STEP_LOG))
+            log = stack.enter_context(open_step_log(folder / STEP_LOG, study, ground.hd_map))
+            self.logger = StepLogger(log, scenario.log_vehicles)
         self.method = method
         targets = target_columns(detection, plans)
         settings = loop_settings(scenario, ground, session.step_s, shared, targets)
@@ -214,7 +214,7 @@ class _Run:
             self._say(note, "writing tables")
         self.watch.start()
         if self.outcomes.traces is not None:
-            with self._step_log(TRACES) as traces:
+            with open_step_log(self.folder / TRACES, self.outcomes.study, self.ground.hd_map) as traces:
                 self.outcomes.write_traces(traces)
         settings = scenario.outcomes
         self.outcomes.write(
@@ -237,8 +237,8 @@ class _Run:
         session.close()
         for note in input_warnings(session.warnings):
             self._say(note, "writing tables")
-        if self.log is not None:
-            self.log.close()
+        if self.logger is not None:
+            self.logger.close()
         self.counts.total_s = perf_counter() - began
         write_manifest(
             self.folder,
@@ -249,12 +249,6 @@ class _Run:
             self.watch.stages_s,
             self.notes,
             session.warnings,
-        )
-
-    def _step_log(self, name: str) -> StepLog:
-        hd_map, study = self.ground.hd_map, self.outcomes.study
-        return StepLog(
-            self.folder / name, study.plans, study.detectors, study.defences, hd_map.lane_ids, hd_map.projector
         )
 
     def _say(self, note: str, stage: str = "loading the net") -> None:
@@ -279,7 +273,7 @@ class _Run:
             )
         if self.loop.eyes is not None and (absent := self.loop.eyes.absent()):
             yield f"no pictures of {shown(', '.join(absent))}: no such vehicle of the fleet in this run"
-        if absent := sorted(set(self.scenario.log_vehicles) - self.logged):
+        if self.logger is not None and (absent := self.logger.absent()):
             yield f"no steps of {shown(', '.join(absent))}: no such vehicle in this run"
 
     def _observe(self, step: int, time_s: float) -> None:
@@ -299,14 +293,8 @@ class _Run:
         if self.onlooker is not None:
             self.onlooker.see(view, self.outcomes.state, loop.fleet)
             self.watch.lap("window")
-        if self.log is not None:
-            people = [loop.fleet[row] for row in loop.tracks.vehicle[loop.track_rows].tolist()]
-            chosen = self.scenario.log_vehicles
-            if chosen:
-                kept = [place for place, who in enumerate(people) if {who.vehicle_id, who.sumo_id} & set(chosen)]
-                self.logged.update(name for place in kept for name in (people[place].vehicle_id, people[place].sumo_id))
-                view, people = replace(view, rows=view.rows[kept]), [people[place] for place in kept]
-            self.log.observe(view, [who.vehicle_id for who in people], loop.seen)
+        if self.logger is not None:
+            self.logger.observe(view, loop)
             self.watch.lap("step log")
 
     def _configured_duration(self) -> float | None:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from gpsec.report.formatting import seconds
-from gpsec.scenario.sections import WorldSection
+from gpsec.scenario.mismatch import WorldSection
 
 # So many vehicles are named, where more saw pictures.
 _NAMED = 10

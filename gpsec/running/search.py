@@ -27,7 +27,7 @@ from gpsec.running.search_score import harm, judged_figures
 from gpsec.running.search_space import Space
 from gpsec.running.workshop import LOCK
 from gpsec.scenario import Scenario
-from gpsec.scenario.sections import Defence
+from gpsec.scenario.detection import Defence
 from gpsec.types.points import detector_at
 
 TRIALS, RESULT, SETTINGS = "trials.csv", "search.csv", "search.json"

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from gpsec.scenario import choices
-from gpsec.scenario.sections import DetectionSection
+from gpsec.scenario.detection import DetectionSection
 
 
 def default_list(key: str, raw: Mapping[str, Any]) -> list[Any] | None:

@@ -19,17 +19,12 @@ from gpsec.scenario import choices
 from gpsec.scenario.base import Section, Unset
 from gpsec.scenario.closed_loop import ClosedLoopSection
 from gpsec.scenario.defaults import default_list
+from gpsec.scenario.detection import Defence, DetectionSection
+from gpsec.scenario.fleet import FleetSection
+from gpsec.scenario.mismatch import WorldSection
 from gpsec.scenario.outside import load_parts
 from gpsec.scenario.paths import expand, portable
-from gpsec.scenario.sections import (
-    Defence,
-    DetectionSection,
-    FleetSection,
-    LocalizationSection,
-    OutcomesSection,
-    TrafficSection,
-    WorldSection,
-)
+from gpsec.scenario.sections import LocalizationSection, OutcomesSection, TrafficSection
 from gpsec.types.points import HEADLINE_RATE, point_name
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")

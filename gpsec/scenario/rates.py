@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 from gpsec.core.errors import GpsecError
 from gpsec.scenario import choices
+from gpsec.scenario.detection import Defence
 from gpsec.scenario.model import Scenario
-from gpsec.scenario.sections import Defence
 
 
 def with_rates(scenario: Scenario, rates: Sequence[str]) -> Scenario:

@@ -10,8 +10,9 @@ from gpsec.attacks.plans import PlanConfig
 from gpsec.attacks.registry import ATTACKS
 from gpsec.scenario import choices
 from gpsec.scenario.closed_loop import ClosedWorld
+from gpsec.scenario.detection import Defence
+from gpsec.scenario.fleet import CameraSection, ReceiverSection
 from gpsec.scenario.model import MAX_NAME, NAME, Scenario
-from gpsec.scenario.sections import CameraSection, Defence, ReceiverSection
 
 SCHEMA_FILE = "gpsec.schema.json"
 _TABLES = ("fleet", "world", "traffic", "detection", "localization", "outcomes", "closed_loop")

@@ -3,6 +3,7 @@
 import os
 from dataclasses import dataclass
 from difflib import get_close_matches
+from math import isfinite
 from pathlib import Path
 from urllib.parse import unquote
 from xml.etree import ElementTree
@@ -43,6 +44,44 @@ class SumoConfig:
             elif parts:
                 paths.append(whole)
         return paths
+
+    def is_on(self, name: str) -> bool:
+        """Return whether the option `name`, a switch, is on."""
+        return self.values.get(name, "").lower() in {"true", "1", "yes", "on", "x", "t"}
+
+    def number(self, name: str, default: float) -> float:
+        """Return the number under the option `name`.
+
+        Raises:
+            GpsecError: it is none.
+        """
+        text = self.values.get(name, "")
+        try:
+            return float(text) if text else default
+        except ValueError:
+            raise GpsecError(f"{self.path}: option '{name}': expected a number, found '{shown(text)}'") from None
+
+    def seconds(self, name: str, default: float) -> float:
+        """Return the time (s) under the option `name`: seconds, h:m:s or d:h:m:s.
+
+        Raises:
+            GpsecError: it is none.
+        """
+        text = self.values.get(name, "")
+        parts = text.removeprefix("-").split(":")
+        try:
+            if len(parts) not in (1, 3, 4):
+                raise ValueError
+            if not all(isfinite(float(part)) for part in parts):
+                raise ValueError
+            seconds = sum(float(part) * unit for part, unit in zip(reversed(parts), (1, 60, 3600, 86400), strict=False))
+        except ValueError:
+            if not text:
+                return default
+            raise GpsecError(
+                f"{self.path}: option '{name}': expected seconds or h:m:s, found '{shown(text)}'"
+            ) from None
+        return -seconds if text.startswith("-") else seconds
 
     def _path(self, item: str) -> Path:
         name = unquote(item.strip())

@@ -2,15 +2,14 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import inf, isfinite
+from math import inf
 from pathlib import Path
-from xml.etree import ElementTree
 
 from gpsec.core.errors import GpsecError, shown
-from gpsec.traffic.config import SumoConfig, is_file, missing_file, read_config
+from gpsec.traffic.config import SumoConfig, read_config
+from gpsec.traffic.input_checks import checked_input_files
 from gpsec.traffic.input_files import input_files
-from gpsec.traffic.inputs import UNREADABLE, first_match, open_input
-from gpsec.traffic.network import refuse_addresses
+from gpsec.traffic.inputs import first_match
 from gpsec.traffic.optiontable import SumoOption, sumo_options_by_name
 
 DEFAULT_STEP_S = 0.1
@@ -25,14 +24,6 @@ _DROPPED_TOPICS = {"configuration", "output", "traci_server", "gui_only"}
 # schemas from wherever a file says.
 _VALIDATION = ("xml-validation", "xml-validation.net", "xml-validation.routes")
 _VALIDATED_HERE = ("never", "local")
-# Inputs in XML beside net, routes and additional files.
-_OTHER_INPUTS = ("load-state", "weight-files")
-# Roots of files that have no vehicles in them.
-_NO_ROUTES = {
-    "net": "a net",
-    "configuration": "a SUMO configuration",
-    "sumoConfiguration": "a SUMO configuration",
-}
 # Set anew from the run.
 _SET_HERE = {"step-length", "lateral-resolution", "seed", "random"}
 _QUIET = {
@@ -107,7 +98,7 @@ def resolve_options(
     """
     config = read_config(config_file)
     notes: list[str] = []
-    files = _input_files(config)
+    files = checked_input_files(config)
     step = _step(config, step_s, notes)
     lateral = _lateral_resolution(config, files, lateral_resolution_m, notes)
     if closed_loop and lateral <= 0.0:
@@ -116,7 +107,7 @@ def resolve_options(
             f" {DEFAULT_LATERAL_RESOLUTION_M:g} turns them on, where the scenario's lane-change model has them"
         )
     sumo_seed = seed % 2**31
-    end = _seconds(config, "end", -1.0)
+    end = config.seconds("end", -1.0)
     begin = _begin(config, begin_s, end)
     chosen = {
         **_kept_values(config, files, notes),
@@ -161,55 +152,12 @@ def _closed_loop(config: SumoConfig, notes: list[str]) -> dict[str, str]:
 
 def _begin(config: SumoConfig, asked_s: float | None, end_s: float) -> float:
     if asked_s is None:
-        return _seconds(config, "begin", 0.0)
+        return config.seconds("begin", 0.0)
     if 0.0 <= end_s <= asked_s:
         raise GpsecError(
             f"traffic.begin_s: expected less than the end in {config.path}, {end_s:g} s, found {asked_s:g} s"
         )
     return asked_s
-
-
-def _input_files(config: SumoConfig) -> dict[str, list[Path]]:
-    files = {key: config.paths(key) for key in ("net-file", "route-files", "additional-files")}
-    for key, paths in files.items():
-        for path in paths:
-            if not is_file(path):
-                raise missing_file(config, key, path)
-            if "," in str(path):
-                raise GpsecError(f"{config.path}: SUMO cannot read '{shown(path)}' because of the comma in its path")
-    if not files["net-file"]:
-        raise GpsecError(f"{config.path}: expected the key 'net-file', found no net")
-    _check_net(config, files["net-file"][0])
-    _check_routes(config, files["route-files"])
-    refuse_addresses([path for key in (*files, *_OTHER_INPUTS) for path in config.paths(key)])
-    return files
-
-
-def _check_net(config: SumoConfig, path: Path) -> None:
-    """Refuse what is not a net before SUMO reads it: libsumo crashes on a net without a version."""
-    try:
-        with open_input(path) as stream:
-            _, root = next(ElementTree.iterparse(stream, events=("start",)))
-    except (*UNREADABLE, StopIteration) as error:
-        raise GpsecError(f"{config.path}: net-file '{shown(path)}' is not readable as XML: {error}") from None
-    if root.tag != "net" or not root.get("version"):
-        found = f"<{shown(root.tag)}>" if root.tag != "net" else "<net> without a version"
-        raise GpsecError(f"{config.path}: net-file '{shown(path)}': expected <net version=…>, found {found}")
-
-
-def _check_routes(config: SumoConfig, paths: list[Path]) -> None:
-    """Refuse route files that are files of another kind: SUMO only warns of them, and then nobody departs."""
-    for path in paths:
-        try:
-            with open_input(path) as stream:
-                _, root = next(ElementTree.iterparse(stream, events=("start",)))
-        except (*UNREADABLE, StopIteration):
-            continue  # SUMO's session says what is wrong with it
-        if root.tag in _NO_ROUTES:
-            raise GpsecError(
-                f"{config.path}: route-files names '{shown(path)}': expected routes, found {_NO_ROUTES[root.tag]} "
-                f"(<{root.tag}>)"
-            )
 
 
 def _step(config: SumoConfig, asked_s: float | None, notes: list[str]) -> float:
@@ -220,7 +168,7 @@ def _step(config: SumoConfig, asked_s: float | None, notes: list[str]) -> float:
                 f"not valid; the usual one is {DEFAULT_STEP_S:g} s"
             )
         return round(asked_s, 3)
-    own_s = _seconds(config, "step-length", 1.0)
+    own_s = config.seconds("step-length", 1.0)
     if not MIN_STEP_S <= own_s < inf:
         raise GpsecError(
             f"{config.path}: option 'step-length': expected {MIN_STEP_S:g} s or more, found "
@@ -243,7 +191,7 @@ def _lateral_resolution(
         if not 0.0 <= asked_m <= MAX_LATERAL_RESOLUTION_M:
             raise GpsecError(f"lateral resolution {asked_m:g} m: expected 0 (off) to 10 m")
         return asked_m
-    own_m = _number(config, "lateral-resolution", -1.0)
+    own_m = config.number("lateral-resolution", -1.0)
     if not (own_m <= 0.0 or MIN_LATERAL_RESOLUTION_M <= own_m <= MAX_LATERAL_RESOLUTION_M):
         raise GpsecError(
             f"{config.path}: option 'lateral-resolution': expected 0 (off), or {MIN_LATERAL_RESOLUTION_M:g} to "
@@ -251,7 +199,7 @@ def _lateral_resolution(
         )
     if own_m > 0.0:
         return own_m
-    if _seconds(config, "lanechange.duration", 0.0) > 0.0:
+    if config.seconds("lanechange.duration", 0.0) > 0.0:
         notes.append("lateral-resolution left off: the scenario sets lanechange.duration, SUMO takes only one")
         return 0.0
     for path in input_files((*files["additional-files"], *files["route-files"])):
@@ -266,7 +214,7 @@ def _lateral_resolution(
 
 
 def _kept_values(config: SumoConfig, files: dict[str, list[Path]], notes: list[str]) -> dict[str, str]:
-    if _is_on(config, "mesosim"):
+    if config.is_on("mesosim"):
         raise GpsecError(
             f"{config.path}: mesosim is on: expected a microscopic simulation, meso has no lateral positions"
         )
@@ -284,7 +232,7 @@ def _kept_values(config: SumoConfig, files: dict[str, list[Path]], notes: list[s
         notes.append(f"ignored (sumo-gui only): {shown(', '.join(config.gui_only))}")
     if outputs := [option.name for option, value in _given(config) if value and _is_output(option)]:
         notes.append(f"outputs left out: {', '.join(outputs)}")
-    if _is_on(config, "random"):
+    if config.is_on("random"):
         notes.append("option random ignored: the seed is the run's")
     return kept
 
@@ -311,32 +259,3 @@ def _validation(config: SumoConfig, notes: list[str]) -> dict[str, str]:
     if fetching := [name for name, value in asked.items() if value not in _VALIDATED_HERE]:
         notes.append(f"{', '.join(fetching)} set to local: schemas are not fetched from the network")
     return {name: value if value in _VALIDATED_HERE else "local" for name, value in asked.items()}
-
-
-def _is_on(config: SumoConfig, name: str) -> bool:
-    return config.values.get(name, "").lower() in {"true", "1", "yes", "on", "x", "t"}
-
-
-def _number(config: SumoConfig, name: str, default: float) -> float:
-    text = config.values.get(name, "")
-    try:
-        return float(text) if text else default
-    except ValueError:
-        raise GpsecError(f"{config.path}: option '{name}': expected a number, found '{shown(text)}'") from None
-
-
-def _seconds(config: SumoConfig, name: str, default: float) -> float:
-    """Return a time of the configuration: seconds, h:m:s or d:h:m:s."""
-    text = config.values.get(name, "")
-    parts = text.removeprefix("-").split(":")
-    try:
-        if len(parts) not in (1, 3, 4):
-            raise ValueError
-        if not all(isfinite(float(part)) for part in parts):
-            raise ValueError
-        seconds = sum(float(part) * unit for part, unit in zip(reversed(parts), (1, 60, 3600, 86400), strict=False))
-    except ValueError:
-        if not text:
-            return default
-        raise GpsecError(f"{config.path}: option '{name}': expected seconds or h:m:s, found '{shown(text)}'") from None
-    return -seconds if text.startswith("-") else seconds

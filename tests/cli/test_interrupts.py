@@ -21,9 +21,7 @@ INTERRUPTED = """
 import sys, time
 from pathlib import Path
 sys.path.insert(0, {repository!r})
-from gpsec import cli
-from gpsec.console import aftermath
-from gpsec.running import batch, impact
+from tests.batches import main_with
 from tests.cli.runs import write_results
 
 def run(scenario, folder, report):
@@ -34,12 +32,7 @@ def run(scenario, folder, report):
     write_results(scenario, folder)
 
 if __name__ == "__main__":
-    real = batch.run_scenarios
-    batch.run_scenarios = lambda *args: real(*args[:4], run)
-    aftermath.show_findings = lambda folder, all_: None
-    impact.write_impact = lambda folder: None
-    aftermath._report = lambda folder, messages: None
-    sys.exit(cli.main(["run", "fast", "slow", "--out", "all", "--jobs", "1"]))
+    sys.exit(main_with(run, ["run", "fast", "slow", "--out", "all", "--jobs", "1"]))
 """
 
 
@@ -72,9 +65,7 @@ def test_an_interrupt_keeps_what_has_finished(here: Path) -> None:
 HUNG_UP = """
 import os, sys
 sys.path.insert(0, {repository!r})
-from gpsec import cli
-from gpsec.console import aftermath
-from gpsec.running import batch, impact
+from tests.batches import main_with
 from tests.cli.runs import write_results
 
 def run(scenario, folder, report):
@@ -85,12 +76,7 @@ def run(scenario, folder, report):
     write_results(scenario, folder)
 
 if __name__ == "__main__":
-    real = batch.run_scenarios
-    batch.run_scenarios = lambda *args: real(*args[:4], run)
-    aftermath.show_findings = lambda folder, all_: None
-    impact.write_impact = lambda folder: None
-    aftermath._report = lambda folder, messages: None
-    sys.exit(cli.main(["run", "town", "--out", "all"]))
+    sys.exit(main_with(run, ["run", "town", "--out", "all"]))
 """
 
 

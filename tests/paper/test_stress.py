@@ -12,7 +12,7 @@ from gpsec.paper.stress import FACTORS, stressed
 from gpsec.paper.stress_table import STRESS_COLUMNS, stress_rows
 from gpsec.report.stress_page import markdown
 from gpsec.scenario import Scenario, load_scenario
-from gpsec.scenario.sections import WorldSection
+from gpsec.scenario.mismatch import WorldSection
 from tests.outcomes.test_dictionary import documented
 from tests.report.conftest import EVIL, write_run
 

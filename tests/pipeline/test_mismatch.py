@@ -12,7 +12,7 @@ import pytest
 from gpsec.core.errors import GpsecError
 from gpsec.pipeline.mismatch import lane_mistakes
 from gpsec.scenario import Scenario
-from gpsec.scenario.sections import WorldSection
+from gpsec.scenario.mismatch import WorldSection
 from gpsec.types.drawn_zones import DrawnZone
 
 from .conftest import Run, Traffic

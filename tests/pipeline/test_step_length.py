@@ -10,7 +10,7 @@ import pytest
 from gpsec.attacks.plans import plan_config
 from gpsec.pipeline.run import run_scenario
 from gpsec.scenario import Scenario, load_scenario
-from gpsec.scenario.sections import Defence
+from gpsec.scenario.detection import Defence
 from gpsec.traffic.offline import OfflineTraffic
 from gpsec.traffic.options import SumoOptions
 from gpsec.traffic.source import Departure, Equip, Frame

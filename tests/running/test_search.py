@@ -11,8 +11,8 @@ from gpsec.running.search import RESULT, TRIALS, WorstCase, run_search, tasks_of
 from gpsec.running.search_score import caused, harm
 from gpsec.running.search_space import make_space
 from gpsec.scenario import Scenario, load_scenario
+from gpsec.scenario.detection import Defence
 from gpsec.scenario.overrides import parse_set
-from gpsec.scenario.sections import Defence
 
 DEFENCE = Defence(detector="chi_square", response="ukf")
 WHEN = {"share": 1.0, "start_after_s": [0.0, 1.0], "duration_s": [8.0, 8.0]}

@@ -12,8 +12,8 @@ from gpsec.running.search import WorstCase
 from gpsec.running.search_space import make_space
 from gpsec.running.worst import WORST, read_worst
 from gpsec.scenario import Scenario, load_scenario
+from gpsec.scenario.detection import Defence
 from gpsec.scenario.overrides import parse_set
-from gpsec.scenario.sections import Defence
 
 
 @pytest.fixture

@@ -15,8 +15,8 @@ from gpsec.attacks.plans import PlanConfig
 from gpsec.attacks.registry import ATTACKS
 from gpsec.core.errors import GpsecError
 from gpsec.scenario import Scenario, load_scenario
+from gpsec.scenario.detection import Defence
 from gpsec.scenario.schema import SECTIONS, descriptions, json_schema, section_of
-from gpsec.scenario.sections import Defence
 
 ROOT = Path(__file__).parents[2]
 SCHEMA = json_schema()

@@ -6,8 +6,8 @@ import pytest
 
 from gpsec.core.errors import GpsecError
 from gpsec.scenario import load_scenario
+from gpsec.scenario.mismatch import WorldSection
 from gpsec.scenario.overrides import parse_set
-from gpsec.scenario.sections import WorldSection
 
 
 def load(repository: Path, *changes: str) -> WorldSection:
