@@ -1,6 +1,7 @@
 """What the fleet loses against free driving, and who stands for no reason; looked at once a second."""
 
 from collections.abc import Callable
+from functools import cache
 
 import libsumo
 import numpy as np
@@ -54,6 +55,7 @@ class Delays:
         stands = np.array(list(map(vehicle.getSpeed, names))) < HALTED_MPS
         self._stood[rows] = np.where(stands, self._stood[rows] + 1, 0)
         self._idle[rows[~stands]] = 0
+        held = cache(is_held)  # who stand in a queue wait for the same ones
         for row in rows[self._stood[rows] >= self._looks].tolist():
-            self._idle[row] = self._idle[row] + 1 if is_stuck(actuation.name_of(row) or "", is_held) else 0
+            self._idle[row] = self._idle[row] + 1 if is_stuck(actuation.name_of(row) or "", held) else 0
             self.stuck += int(self._idle[row] == _IDLE_LOOKS)

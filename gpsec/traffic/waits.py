@@ -21,7 +21,7 @@ def is_stuck(name: str, is_held: Callable[[str], bool]) -> bool:
     waits, seen, circle = [name], {name}, False
     while waits:
         one = waits.pop()
-        if is_held(one) or _has_reason(one):
+        if _has_reason(one) or is_held(one):  # what is cheaper first
             return False
         awaited = _awaited(one)
         if one == name and not awaited:
