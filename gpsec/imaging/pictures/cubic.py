@@ -5,7 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from gpsec.core.arrays import Floats
+from gpsec.imaging.pictures.bends import average_over_bends, bends_sharply
 from gpsec.imaging.pictures.birdseye import Marks
+from gpsec.imaging.pictures.fitting import ROUNDS, STEEPEST, Lines, Solved, judge, kept, solve
 
 # Deviations that are expected beforehand, of width, C2 and C3, with what a bend adds to the latter two: a road that
 # does not bend does not twist either. They keep the far end of the fit, of which there is little paint, from turning
@@ -13,13 +15,6 @@ from gpsec.imaging.pictures.birdseye import Marks
 _WIDTH_M, _BEND, _TWIST = 0.15, (1e-3, 2.0), (2e-6, 0.01)
 # While a vehicle nods, its lines seem to run apart: by so much a metre, for a quarter of a degree from 1.3 m above.
 _APART = 0.0035 * 3.5
-# Deviation of a mark across the road: what paint and picture add at any distance, and what a pixel is there.
-_NEAR_M, _PIXELS = 0.03, 0.7
-# Marks of one dash and one row are not independent: this many count as one.
-_ALIKE = 4.0
-_ROUNDS = 3
-# Beyond this direction a polynomial of x no longer follows a line well.
-_STEEPEST = 0.7
 
 
 class LineFit(NamedTuple):
@@ -46,43 +41,49 @@ def fit_lane(left: Marks, right: Marks, start: Floats, width_m: float, pixel_rad
     """Return the fit to the marks of both lines, None where they do not determine one.
 
     Both lines are parallel to the centre, half a width away along its normal (`start`, (4,), gives the direction in
-    the first round). `pixel_rad` is the angle that a pixel covers.
+    the first round). `pixel_rad` is the angle that a pixel covers. Where the lane bends sharply, it may do so from
+    a place between axle and marks, or up to one, which no cubic can: there it is averaged over such shapes, too
+    (`gpsec.imaging.pictures.bends`).
     """
-    both = Marks(*(np.concatenate(pair) for pair in zip(left, right, strict=True)))
-    side = np.concatenate([np.ones(len(left.x_m)), -np.ones(len(right.x_m))])
-    sigma = np.hypot(_NEAR_M, _PIXELS * pixel_rad * both.x_m)
-    trust = both.strength / sigma**2
-    poly, width = start, width_m
-    bent = abs(start[2])
-    loose = [fixed + part * bent for fixed, part in (_BEND, _TWIST)]
+    lines = Lines.of(left, right, width_m, pixel_rad)
+    solved = _solve_cubic(lines, start)
+    # Of marks at hardly more than one place the inverse is rounding alone, and a variance may be below zero.
+    if solved is None or not np.isfinite(solved.values).all() or not solved.covariance[0, 0] >= 0.0:
+        return None
+    used = solved.gone < 1.0
+    if not used.any():
+        return None
+    marks = lines.marks
+    far_m = float(marks.x_m[used].max())
+    paint = tuple(float(marks.row_m[used & (lines.side == way)].sum()) for way in (1.0, -1.0))
+    spread_m = 1.4826 * float(np.median(np.abs(solved.rest_m[used])))
+    poly, sigma_m = solved.values[:4], solved.sigma_m
+    if bends_sharply(poly, far_m):
+        poly, sigma_m = average_over_bends(lines, solved, far_m)
+    return LineFit(poly, float(solved.values[4]), sigma_m, spread_m, (paint[0], paint[1]), far_m)
+
+
+def _solve_cubic(lines: Lines, start: Floats) -> Solved | None:
+    """Return C0 … C3, width and opening; None where marks do not determine them."""
+    both, side = lines.marks, lines.side
+    trust = both.strength / lines.sigma_m**2
+    poly, width = start, lines.width_m
+    loose = [fixed + part * abs(start[2]) for fixed, part in (_BEND, _TWIST)]
     prior = np.array([0.0, 0.0, loose[0] ** -2, loose[1] ** -2, _WIDTH_M**-2, _APART**-2])
+    pull = np.array([0.0, 0.0, 0.0, 0.0, lines.width_m, 0.0])
     gone = np.zeros(len(side))
-    for _ in range(_ROUNDS):
+    for _ in range(ROUNDS):
         slope = poly[1] + both.x_m * (2.0 * poly[2] + 3.0 * poly[3] * both.x_m)
         norm = np.sqrt(1.0 + slope * slope)
         # A point of a line belongs to that point of the centre that it is beside.
         x = both.x_m + side * 0.5 * width * slope / norm
-        weight = trust * (1.0 - np.minimum(gone, 1.0) ** 2) ** 2 * (np.abs(slope) < _STEEPEST)
+        weight = trust * kept(gone) * (np.abs(slope) < STEEPEST)
         columns = np.stack([np.ones_like(x), x, x * x, x**3, 0.5 * side / norm, 0.5 * side * x / norm], axis=1)
-        normal = (columns * weight[:, None]).T @ columns
-        wanted = (columns * weight[:, None]).T @ both.y_m
-        normal[np.diag_indices(6)] += _ALIKE * prior
-        wanted[4] += _ALIKE * prior[4] * width_m
         try:
-            inverse = np.linalg.inv(normal)
+            values, covariance = solve(columns, weight, both.y_m, prior, pull)
         except np.linalg.LinAlgError:
             return None
-        solved = inverse @ wanted
-        poly, width = solved[:4], float(solved[4])
-        rest = both.y_m - columns @ solved
-        spread = 1.4826 * float(np.median(np.abs(rest[weight > 0.0] / sigma[weight > 0.0]))) if weight.any() else 1.0
-        gone = np.abs(rest) / (sigma * max(4.0 * spread, 2.0))
-    used = gone < 1.0
-    # Of marks at hardly more than one place the inverse is rounding alone, and a variance may be below zero.
-    if not np.isfinite(solved).all() or not used.any() or not inverse[0, 0] >= 0.0:
-        return None
-    inflation = max(spread, 1.0) ** 2 * _ALIKE
-    paint = tuple(float(both.row_m[used & (side == way)].sum()) for way in (1.0, -1.0))
-    spread_m = 1.4826 * float(np.median(np.abs(rest[used])))
-    sigma_m = float(np.sqrt(inflation * inverse[0, 0]))
-    return LineFit(poly, width, sigma_m, spread_m, (paint[0], paint[1]), float(both.x_m[used].max()))
+        poly, width = values[:4], float(values[4])
+        rest_m: Floats = both.y_m - columns @ values
+        spread, gone = judge(rest_m, weight, lines.sigma_m)
+    return Solved(values, covariance, pull, prior, rest_m, gone, float(spread))
