@@ -14,6 +14,7 @@ from gpsec.hdmap.arrays import Roads
 from gpsec.outcomes.accumulate import add_step
 from gpsec.outcomes.bands import add_bands, empty_bands, stride
 from gpsec.outcomes.bootstrap import Bootstrap
+from gpsec.outcomes.closed_store import ClosedStore
 from gpsec.outcomes.events import ClosedTracks
 from gpsec.outcomes.histograms import BINS, count
 from gpsec.outcomes.kept_traces import KeptTraces
@@ -29,9 +30,6 @@ from gpsec.outcomes.view import StepView
 from gpsec.types.points import HOLD_S
 from gpsec.types.tracks import Tracks
 from gpsec.types.vehicles import Identity
-
-# Times that tracks are closed until what was kept of them is joined.
-_JOINED_AT_ONCE = 256
 
 
 class Outcomes:
@@ -64,8 +62,7 @@ class Outcomes:
         self.exposure = Exposure.none(study, len(self.streets.edge_id))
         self.traces = traces
         self._origin_s = 0.0
-        self._closed: list[ClosedTracks] = []
-        self._just_closed: list[ClosedTracks] = []
+        self._closed = ClosedStore(detectors, len(study.defences))
 
     @property
     def state(self) -> OutcomeState:
@@ -105,18 +102,13 @@ class Outcomes:
         """
         if len(rows) > 0:
             closed = ClosedTracks.at(rows, tracks, self.state, people, ended_s)
-            self._just_closed.append(closed)
+            self._closed.add(closed)
             if self.traces is not None:
                 self.traces.close(rows, closed)
-        # Many small arrays take several times the memory of few large ones.
-        if len(self._just_closed) == _JOINED_AT_ONCE:
-            self._closed.append(ClosedTracks.concatenate(self._just_closed))
-            self._just_closed = []
 
     def tracks(self) -> ClosedTracks:
         """Return all closed tracks, ordered by vehicle and plan."""
-        none = ClosedTracks.none(len(self.study.detectors), len(self.study.defences))
-        return ClosedTracks.concatenate([none, *self._closed, *self._just_closed])
+        return self._closed.all()
 
     def write_traces(self, log: StepLog) -> None:
         """Write the traces that are kept into a log of steps."""

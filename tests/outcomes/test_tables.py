@@ -6,6 +6,7 @@ import pandas as pd
 import pytest
 
 from gpsec.core.errors import GpsecError
+from gpsec.outcomes import closed_store
 from gpsec.outcomes.merging import merge
 from gpsec.outcomes.tables import TABLES, read_table, whole
 
@@ -242,9 +243,17 @@ def test_vehicles(tables):
     assert row["vehicle_seconds"] == 0.5
 
 
-def test_files_are_the_same_bytes_whatever_the_order_in_which_tracks_were_closed(tmp_path):
-    first, second = tell(), tell()
-    second.outcomes._closed.reverse()
+def test_files_are_the_same_bytes_whatever_the_order_in_which_tracks_were_closed(tmp_path, monkeypatch):
+    first = tell()
+    monkeypatch.setattr(closed_store, "_PACKED_AT_ONCE", 2)
+    closed = []
+    with monkeypatch.context() as patch:
+        patch.setattr(closed_store.ClosedStore, "add", lambda store, tracks: closed.append(tracks))
+        second = tell()
+    assert len(closed) > 2
+    for tracks in reversed(closed):
+        second.outcomes._closed.add(tracks)
+    assert len(second.outcomes._closed._packed) > 1
     for scene, name in ((first, "first"), (second, "second")):
         scene.outcomes.write(tmp_path / name, "lane", 7, replicates=50)
     for name in TABLES:
