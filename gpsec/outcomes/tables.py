@@ -1,7 +1,7 @@
 """Writes the tables of a run; a file that exists is whole."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -41,6 +41,8 @@ TRACES = "traces.parquet"
 MAP = "map.geojson"
 # A day in steps of 0.1 s takes six digits, a position within a net seven to the centimetre.
 FLOAT_FORMAT = "%.9g"
+# Rows that are written as text at once.
+_ROWS_AT_ONCE = 10_000
 
 
 @contextmanager
@@ -89,26 +91,32 @@ def write_tables(folder: Path, scenario: str, found: Findings, bootstrap: Bootst
     Rows follow the order of the tracks, and that of plans, detectors and defences in the study.
     """
     study, tracks, histogram, origin_s = found.study, found.tracks, found.histogram, found.origin_s
-    tables = {
-        "detection": detection_table(study, tracks, StatisticCounts(histogram, found.rises), scenario, bootstrap),
-        "localization": localization_table(study, tracks, scenario, bootstrap),
-        "safety": safety_table(study, tracks, scenario, bootstrap),
-        "events": events_table(study, tracks, found.streets, scenario, bootstrap.seed, origin_s),
-        "vehicles": vehicles_table(study, tracks, scenario, bootstrap.seed),
-        "curves": curves_table(study, tracks, histogram, scenario),
-        "error_bands": bands_table(study, found.bands, scenario),
-        "places": places_table(study, tracks, scenario, When(bootstrap.seed, origin_s), projector, found.streets),
-        "streets": streets_table(study, tracks, found.streets, found.exposure, scenario),
-        "association": association_table(study, found.lanes, scenario),
+    counts = StatisticCounts(histogram, found.rises)
+    when = When(bootstrap.seed, origin_s)
+    makers: dict[str, Callable[[], pd.DataFrame]] = {
+        "detection": lambda: detection_table(study, tracks, counts, scenario, bootstrap),
+        "localization": lambda: localization_table(study, tracks, scenario, bootstrap),
+        "safety": lambda: safety_table(study, tracks, scenario, bootstrap),
+        "events": lambda: events_table(study, tracks, found.streets, scenario, bootstrap.seed, origin_s),
+        "vehicles": lambda: vehicles_table(study, tracks, scenario, bootstrap.seed),
+        "curves": lambda: curves_table(study, tracks, histogram, scenario),
+        "error_bands": lambda: bands_table(study, found.bands, scenario),
+        "places": lambda: places_table(study, tracks, scenario, when, projector, found.streets),
+        "streets": lambda: streets_table(study, tracks, found.streets, found.exposure, scenario),
+        "association": lambda: association_table(study, found.lanes, scenario),
     }
-    for name, table in tables.items():
+    # One at a time: those with a row for every vehicle are large.
+    for name, make in makers.items():
         with whole(folder / f"{name}.csv") as partial:
-            write_frame(table, partial)
+            write_frame(make(), partial)
 
 
 def write_frame(table: pd.DataFrame, path: Path) -> None:
-    """Write one table."""
-    _as_text(table).to_csv(path, index=False, lineterminator="\n", encoding="utf-8")
+    """Write one table, some rows at a time: as text it takes several times the memory."""
+    with path.open("w", encoding="utf-8", newline="") as file:
+        for first in range(0, max(len(table), 1), _ROWS_AT_ONCE):
+            part = _as_text(table.iloc[first : first + _ROWS_AT_ONCE])
+            part.to_csv(file, index=False, header=first == 0, lineterminator="\n")
 
 
 def _as_text(table: pd.DataFrame) -> pd.DataFrame:

@@ -7,6 +7,7 @@ import pytest
 
 from gpsec.core.errors import GpsecError
 from gpsec.outcomes import closed_store
+from gpsec.outcomes import tables as writing
 from gpsec.outcomes.merging import merge
 from gpsec.outcomes.tables import TABLES, read_table, whole
 
@@ -421,3 +422,14 @@ def test_outcomes_are_left_out_where_honest_vehicles_touch_a_line(tmp_path):
     assert mine[["line_touched", "out_of_lane_share", "line_touched_caused_share"]].isna().all(axis=None)
     assert mine["note"].str.startswith("100% of the honest undefended vehicles touch a line").all()
     assert mine["isolated_minutes_per_vehicle_hour"].notna().all()
+
+
+def test_a_table_is_the_same_bytes_however_many_rows_are_written_at_once(tmp_path, monkeypatch):
+    table = pd.DataFrame({"name": ["a", None, "c"], "value": [1.25, np.nan, 1e-7], "count": [1, 2, 3]})
+    for rows in (1, 2, 3):
+        monkeypatch.setattr(writing, "_ROWS_AT_ONCE", rows)
+        writing.write_frame(table, tmp_path / f"{rows}.csv")
+    assert (tmp_path / "3.csv").read_bytes() == b"name,value,count\na,1.25,1\n,,2\nc,1e-07,3\n"
+    assert len({(tmp_path / f"{rows}.csv").read_bytes() for rows in (1, 2, 3)}) == 1
+    writing.write_frame(table[:0], tmp_path / "empty.csv")
+    assert (tmp_path / "empty.csv").read_bytes() == b"name,value,count\n"
