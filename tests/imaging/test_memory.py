@@ -1,5 +1,7 @@
 """What was seen, moved on with the vehicle."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -26,6 +28,18 @@ def test_noise_is_averaged_over_the_way():
     kept = [memory.take(seen(draw.normal(0.0, 0.1)), (1.0, 0.0)).poly[0] for _ in range(2000)]
     share = 1.0 - np.exp(-1.0 / 15.0)  # σ² share / (2 - share) for white noise
     assert np.std(kept[100:]) == pytest.approx(0.1 * np.sqrt(share / (2.0 - share)), rel=0.15)
+
+
+def test_in_a_sharp_bend_less_is_remembered():
+    """How a lane goes on there, no polynomial says for long."""
+    kept = {}
+    for bends in (False, True):
+        memory = LaneMemory(15.0)
+        for _ in range(30):
+            memory.take(seen(0.0), (1.0, 0.0))
+        kept[bends] = memory.take(replace(seen(0.3), bends=bends), (1.0, 0.0)).poly[0]
+    assert kept[False] == pytest.approx(0.3 * (1.0 - np.exp(-1.0 / 15.0)))
+    assert kept[True] == pytest.approx(0.3 * (1.0 - np.exp(-1.0 / 3.0)))
 
 
 def test_nothing_stays_nothing_and_a_jump_is_the_next_lane():

@@ -18,8 +18,12 @@ _SHARP = 1.0 / 250.0
 # Places (m ahead of the rear axle) about which the curvature may change, give or take a metre, and how far beyond marks
 # must reach to tell of it.
 _PLACES_M, _ABOUT_M, _BEYOND_M = (2.0, 4.0, 6.0, 8.0, 10.0, 12.0, 14.0, 16.0, 18.0, 21.0, 24.0, 28.0), 1.0, 4.0
+# No lane bends more sharply (1/m), whatever a step of the solution says.
+_SHARPEST = 0.5
 # Deviations that are expected: of the direction of a vehicle that drives along its lane, and of curvatures (1/m).
 _ALONG, _CURVATURE = 0.05, 1.0 / 25.0
+# So far ahead a cubic is to be where two arcs are, so that a lane that is moved on with the vehicle bends as they do.
+_AHEAD_M = 15.0
 # Points of a curve are so far apart, and so often the foot of a mark on it is looked for, from the one before.
 _EVERY_M, _FEET = 0.5, 2
 
@@ -77,6 +81,7 @@ def _solve_bent(lines: Lines, cubic: Solved, places_m: Floats) -> list[Solved]:
         except np.linalg.LinAlgError:
             return []
         values = values + step
+        values[:, 2:4] = np.clip(values[:, 2:4], -_SHARPEST, _SHARPEST)
     return [
         Solved(values[at], covariance[at], expected[at], prior, rest_m[at], gone[at], float(spread[at]))
         for at in range(count)
@@ -102,14 +107,16 @@ def _beside(values: Floats, at_m: Floats, marks: Marks) -> tuple[Floats, Floats,
         before, after = (np.take_along_axis(curve, number + more, axis=1) for more in (0, 1))
         away = marks.x_m + 1j * marks.y_m - before - (after - before) * (at_m / _EVERY_M - number)
         turned = away * np.exp(-1j * there)
-        at_m = at_m + turned.real
+        at_m = np.clip(at_m + turned.real, 0.0, way_m[-1])
     return at_m, turned.imag, there
 
 
 def _at_axle(values: Floats) -> Floats:
-    """Return (4,) C0 … C3 (Eq 1) of an arc: its Taylor series at the axle, up to the square."""
+    """Return (4,) C0 … C3 (Eq 1): the Taylor series of the first arc, and a C3 that meets the second some way ahead."""
     slope = np.tan(values[1])
-    return np.array([values[0], slope, 0.5 * values[2] * (1.0 + slope * slope) ** 1.5, 0.0])
+    later = 0.5 * values[3] * max(_AHEAD_M - values[6], 0.0) ** 2 / _AHEAD_M**3
+    steeper = (1.0 + slope * slope) ** 1.5
+    return np.array([values[0], slope, 0.5 * values[2] * steeper, later * steeper])
 
 
 def _log_evidence(lines: Lines, solved: Solved, noise: float) -> float:

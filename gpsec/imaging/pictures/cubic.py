@@ -27,6 +27,7 @@ class LineFit(NamedTuple):
         spread_m: of the marks about the fit, 1.4826 MAD.
         paint_m: (2,) metres of marks on the left and on the right line.
         far_m: of the marks that were used, the farthest.
+        bends: whether the lane bends sharply.
     """
 
     poly: Floats
@@ -35,6 +36,7 @@ class LineFit(NamedTuple):
     spread_m: float
     paint_m: tuple[float, float]
     far_m: float
+    bends: bool
 
 
 def fit_lane(left: Marks, right: Marks, start: Floats, width_m: float, pixel_rad: float) -> LineFit | None:
@@ -58,9 +60,10 @@ def fit_lane(left: Marks, right: Marks, start: Floats, width_m: float, pixel_rad
     paint = tuple(float(marks.row_m[used & (lines.side == way)].sum()) for way in (1.0, -1.0))
     spread_m = 1.4826 * float(np.median(np.abs(solved.rest_m[used])))
     poly, sigma_m = solved.values[:4], solved.sigma_m
-    if bends_sharply(poly, far_m):
+    bends = bends_sharply(poly, far_m)
+    if bends:
         poly, sigma_m = average_over_bends(lines, solved, far_m)
-    return LineFit(poly, float(solved.values[4]), sigma_m, spread_m, (paint[0], paint[1]), far_m)
+    return LineFit(poly, float(solved.values[4]), sigma_m, spread_m, (paint[0], paint[1]), far_m, bends)
 
 
 def _solve_cubic(lines: Lines, start: Floats) -> Solved | None:

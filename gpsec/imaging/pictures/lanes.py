@@ -38,12 +38,14 @@ class SeenLane:
         width_m: of the lane.
         sigma_m: standard deviation of C0 that is stated.
         valid: whether it says something.
+        bends: whether the lane bends sharply, so that it is another curve some metres on.
     """
 
     poly: Floats
     width_m: float = 0.0
     sigma_m: float = 0.0
     valid: bool = False
+    bends: bool = False
 
 
 NO_LANE = SeenLane(np.zeros(4))
@@ -94,7 +96,7 @@ class LaneFinder:
         fit = fit_lane(left, right, start, expected, 1.0 / self.birds_eye.camera.fx)
         if fit is None or not is_credible(fit, bounds, width_m is not None):
             return NO_LANE
-        return SeenLane(fit.poly, fit.width_m, fit.sigma_m, True)
+        return SeenLane(fit.poly, fit.width_m, fit.sigma_m, True, fit.bends)
 
 
 def is_credible(fit: LineFit, width_m: tuple[float, float], known: bool) -> bool:

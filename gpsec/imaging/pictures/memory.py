@@ -10,6 +10,8 @@ from gpsec.imaging.pictures.lanes import NO_LANE, SeenLane
 
 MEMORY_M = 15.0
 """Way over which what was seen fades to 1/e."""
+# The same where the lane bends sharply: a polynomial does not say how the lane goes on for longer.
+_BENT_M = 3.0
 
 
 def moved_on(poly: Floats, way_m: float, turn_rad: float) -> Floats:
@@ -25,7 +27,7 @@ class LaneMemory:
     """Averages what is seen over the way driven; a picture that says nothing stays one that says nothing.
 
     Attributes:
-        length_m: way over which it fades.
+        length_m: way over which it fades, but for sharp bends.
     """
 
     length_m: float = MEMORY_M
@@ -47,7 +49,8 @@ class LaneMemory:
         if self._seen and abs(seen.poly[0] - self._kept.poly[0]) > 0.5 * seen.width_m:
             self._seen = 0  # it is the next lane
         self._seen += 1
-        share = 1.0 if moved is None else 1.0 - exp(-moved[0] / self.length_m)
+        length_m = min(self.length_m, _BENT_M) if seen.bends else self.length_m
+        share = 1.0 if moved is None else 1.0 - exp(-moved[0] / length_m)
         share = max(share, 1.0 / self._seen)
         kept = self._kept
         self._kept = SeenLane(
@@ -55,5 +58,6 @@ class LaneMemory:
             (1.0 - share) * kept.width_m + share * seen.width_m,
             (1.0 - share) * kept.sigma_m + share * seen.sigma_m,  # paint errs alike from one picture to the next
             True,
+            seen.bends,
         )
         return self._kept
