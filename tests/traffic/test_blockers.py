@@ -2,7 +2,6 @@
 
 import pytest
 
-from gpsec.traffic import waits
 from gpsec.traffic.blockers import PATIENCE_S
 
 from .driven import CAR, Driven
@@ -52,39 +51,3 @@ def test_who_drives_on_is_given_way_to_again(scenario, lane_index):
     assert set(passed) == {"other", "next"}
     assert not ignored
     assert frame.carried.stuck == 0
-
-
-def test_who_waits_in_the_middle_of_a_junction_for_a_stream_is_not_stuck(scenario, lane_index):
-    """It turns left; those that come towards it for a minute leave no gap."""
-    stream = "".join(
-        f'<vehicle id="s{k}" type="car" depart="{0.8 * k}" departLane="{k % 2}" departSpeed="max" route="south"/>'
-        for k in range(90)
-    )
-    routes = '<route id="south" edges="B2B1 B1B0"/><route id="turn" edges="B0B1 B1A1"/>'
-    slow = '<vehicle id="v" type="slow" depart="0" departLane="1" departPos="100" route="turn"/>'
-    config = scenario(CAR + routes + slow + stream)
-    with Driven(config, lane_index) as driven:
-        stood = stuck = 0
-        for frame in driven.frames(90.0):
-            stuck = frame.carried.stuck
-            driven.steer("v")
-            if "v" in driven.row:
-                stood += driven.session._actuation.now.speed_mps[driven.row["v"]] < 0.1
-        assert stood * driven.session.step_s > 35.0
-        assert stuck == 0
-
-
-@pytest.mark.parametrize(
-    ("awaited", "with_reason", "stuck"),
-    [
-        ({"a": []}, "", "a"),
-        ({"a": []}, "a", ""),
-        ({"a": ["b"], "b": ["a"], "c": ["a"]}, "", "ab"),
-        ({"a": ["b"], "b": ["a", "d"], "c": ["a"], "d": []}, "d", ""),
-        ({"a": ["b"], "b": ["c"], "c": []}, "", "c"),
-    ],
-)
-def test_stuck_is_who_waits_for_nobody_or_in_a_circle(monkeypatch, awaited, with_reason, stuck):
-    monkeypatch.setattr(waits, "_awaited", awaited.__getitem__)
-    monkeypatch.setattr(waits, "_has_reason", with_reason.__contains__)
-    assert "".join(name for name in awaited if waits.is_stuck(name, "".__contains__)) == stuck
