@@ -48,6 +48,8 @@ def test_the_rows_of_a_weather():
 def test_the_time_in_which_an_error_decays_is_found():
     series = [(one.single[:, 0], one) for one in (errors(20000, tau=12.0, seed=seed) for seed in range(3))]
     assert decay_s(series, 0.1) == pytest.approx(1.2, rel=0.1)
+    series[0][0][1000] = 3.4  # a picture of the next lane
+    assert decay_s(series, 0.1) == pytest.approx(1.2, rel=0.1)
 
 
 def test_nothing_found_is_no_row():

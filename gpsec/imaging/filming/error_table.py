@@ -105,7 +105,10 @@ def _figure(what: tuple[str, str, str, str], measured: Sequence[Errors], step_s:
         float(mad_high),
         float(np.quantile(np.abs(c0), 0.99)),
         float(np.degrees(robust_spread(np.arctan(together[:, 1])))),
-        decay_s([(_of(errors, mode)[0][:, 0], errors) for errors, _ in parts], step_s),
+        decay_s(
+            [(_of(errors, mode)[0][:, 0], errors._replace(found=errors.found & there)) for errors, there in parts],
+            step_s,
+        ),
         robust_spread(c0 / sigmas),
     )
 
@@ -120,7 +123,10 @@ def robust_spread(values: Floats) -> float:
 
 
 def correlations(series: Sequence[tuple[Floats, Errors]], lags: int) -> Floats:
-    """Return the autocorrelation of (n,) errors of each vehicle, less their median, at 0 … `lags` - 1 steps."""
+    """Return the autocorrelation of (n,) errors of each vehicle, less their median, at 0 … `lags` - 1 steps.
+
+    Errors of pictures that show the next lane are left out: one of them outweighs a thousand others.
+    """
     sums, counts = np.zeros(lags), np.zeros(lags)
     for values, errors in series:
         if not errors.found.any():
@@ -128,8 +134,8 @@ def correlations(series: Sequence[tuple[Floats, Errors]], lags: int) -> Floats:
         first, last = int(errors.moment[0]), int(errors.moment[-1])
         line, there = np.zeros(last - first + 1), np.zeros(last - first + 1, np.bool_)
         at = errors.moment[errors.found] - first
-        middle = np.median(values[errors.found])
-        line[at], there[at] = np.clip(values[errors.found] - middle, -1.0, 1.0), True
+        away = values[errors.found] - np.median(values[errors.found])
+        line[at], there[at] = away, np.abs(away) <= _NEXT_LANE_M
         for lag in range(min(lags, len(line))):
             both = there[: len(line) - lag] & there[lag:]
             sums[lag] += float((line[: len(line) - lag] * line[lag:])[both].sum())
