@@ -11,7 +11,7 @@ import numpy as np
 
 from gpsec.core.arrays import Floats
 from gpsec.imaging.pictures.birdseye import Marks
-from gpsec.imaging.pictures.fitting import ALIKE, ROUNDS, STEEPEST, Lines, Solved, judge, kept, solve
+from gpsec.imaging.pictures.fitting import ALIKE, ROUNDS, STEEPEST, LaneMarks, Solved, biweight, solve, spread_of
 
 # A lane bends sharply from this curvature on (1/m), at the axle or at its far end.
 _SHARP = 1.0 / 250.0
@@ -38,7 +38,7 @@ def bends_sharply(poly: Floats, far_m: float) -> bool:
     return bool(bend > _SHARP or abs(poly[1]) > 2.0 * _ALONG)
 
 
-def average_over_bends(lines: Lines, cubic: Solved, far_m: float) -> tuple[Floats, float]:
+def average_over_bends(lines: LaneMarks, cubic: Solved, far_m: float) -> tuple[Floats, float]:
     """Return (4,) C0 … C3 at the axle and the standard deviation of C0, given the fit of a cubic up to `far_m`."""
     places_m = np.array([place_m for place_m in _PLACES_M if place_m + _BEYOND_M <= far_m])
     bent = _solve_bent(lines, cubic, places_m) if len(places_m) else []
@@ -53,7 +53,7 @@ def average_over_bends(lines: Lines, cubic: Solved, far_m: float) -> tuple[Float
     return poly, float(np.sqrt(weight @ variance))
 
 
-def _solve_bent(lines: Lines, cubic: Solved, places_m: Floats) -> list[Solved]:
+def _solve_bent(lines: LaneMarks, cubic: Solved, places_m: Floats) -> list[Solved]:
     """Return pairs of arcs that meet about each of (p,) places, by Gauss and Newton; those that marks determine.
 
     Their values are offset, direction, curvature, by how much that changes, width, opening, and where it changes.
@@ -69,13 +69,13 @@ def _solve_bent(lines: Lines, cubic: Solved, places_m: Floats) -> list[Solved]:
     at_m = np.tile(lines.marks.x_m, (count, 1))
     for _ in range(ROUNDS + 1):
         at_m, off_m, turn = _beside(values, at_m, lines.marks)
-        weight = trust * kept(gone) * (np.abs(turn) < STEEPEST)
+        weight = trust * biweight(gone) * (np.abs(turn) < STEEPEST)
         beyond_m = np.maximum(at_m - values[:, 6:], 0.0)
         halves = np.broadcast_to(half, at_m.shape)
         shape = np.cos(turn), at_m, 0.5 * at_m**2, 0.5 * beyond_m**2
         columns = np.stack([*shape, halves, half * at_m, -values[:, 3:4] * beyond_m], axis=-1)
         rest_m = off_m - half * (values[:, 4:5] + values[:, 5:6] * at_m)
-        spread, gone = judge(rest_m, weight, lines.sigma_m)
+        spread, gone = spread_of(rest_m, weight, lines.sigma_m)
         try:
             step, covariance = solve(columns, weight, rest_m, prior, expected - values)
         except np.linalg.LinAlgError:
@@ -119,7 +119,7 @@ def _at_axle(values: Floats) -> Floats:
     return np.array([values[0], slope, 0.5 * values[2] * steeper, later * steeper])
 
 
-def _log_evidence(lines: Lines, solved: Solved, noise: float) -> float:
+def _log_evidence(lines: LaneMarks, solved: Solved, noise: float) -> float:
     """Return the logarithm of the marginal likelihood of a shape, but for what all shapes have in common."""
     off = np.minimum(np.abs(solved.rest_m / lines.sigma_m) / noise, 4.0)
     misfit = float((lines.marks.strength * off * off).sum()) / ALIKE

@@ -7,7 +7,7 @@ import numpy as np
 from gpsec.core.arrays import Floats
 from gpsec.imaging.pictures.bends import average_over_bends, bends_sharply
 from gpsec.imaging.pictures.birdseye import Marks
-from gpsec.imaging.pictures.fitting import ROUNDS, STEEPEST, Lines, Solved, judge, kept, solve
+from gpsec.imaging.pictures.fitting import ROUNDS, STEEPEST, LaneMarks, Solved, biweight, solve, spread_of
 
 # Deviations that are expected beforehand, of width, C2 and C3, with what a bend adds to the latter two: a road that
 # does not bend does not twist either. They keep the far end of the fit, of which there is little paint, from turning
@@ -47,7 +47,7 @@ def fit_lane(left: Marks, right: Marks, start: Floats, width_m: float, pixel_rad
     a place between axle and marks, or up to one, which no cubic can: there it is averaged over such shapes, too
     (`gpsec.imaging.pictures.bends`).
     """
-    lines = Lines.of(left, right, width_m, pixel_rad)
+    lines = LaneMarks.of(left, right, width_m, pixel_rad)
     solved = _solve_cubic(lines, start)
     # Of marks at hardly more than one place the inverse is rounding alone, and a variance may be below zero.
     if solved is None or not np.isfinite(solved.values).all() or not solved.covariance[0, 0] >= 0.0:
@@ -66,7 +66,7 @@ def fit_lane(left: Marks, right: Marks, start: Floats, width_m: float, pixel_rad
     return LineFit(poly, float(solved.values[4]), sigma_m, spread_m, (paint[0], paint[1]), far_m, bends)
 
 
-def _solve_cubic(lines: Lines, start: Floats) -> Solved | None:
+def _solve_cubic(lines: LaneMarks, start: Floats) -> Solved | None:
     """Return C0 … C3, width and opening; None where marks do not determine them."""
     both, side = lines.marks, lines.side
     trust = both.strength / lines.sigma_m**2
@@ -80,7 +80,7 @@ def _solve_cubic(lines: Lines, start: Floats) -> Solved | None:
         norm = np.sqrt(1.0 + slope * slope)
         # A point of a line belongs to that point of the centre that it is beside.
         x = both.x_m + side * 0.5 * width * slope / norm
-        weight = trust * kept(gone) * (np.abs(slope) < STEEPEST)
+        weight = trust * biweight(gone) * (np.abs(slope) < STEEPEST)
         columns = np.stack([np.ones_like(x), x, x * x, x**3, 0.5 * side / norm, 0.5 * side * x / norm], axis=1)
         try:
             values, covariance = solve(columns, weight, both.y_m, prior, pull)
@@ -88,5 +88,5 @@ def _solve_cubic(lines: Lines, start: Floats) -> Solved | None:
             return None
         poly, width = values[:4], float(values[4])
         rest_m: Floats = both.y_m - columns @ values
-        spread, gone = judge(rest_m, weight, lines.sigma_m)
+        spread, gone = spread_of(rest_m, weight, lines.sigma_m)
     return Solved(values, covariance, pull, prior, rest_m, gone, float(spread))

@@ -16,7 +16,7 @@ STEEPEST = 0.7
 _NEAR_M, _PIXELS = 0.03, 0.7
 
 
-class Lines(NamedTuple):
+class LaneMarks(NamedTuple):
     """The n marks of both lines of a lane, and what is expected of it.
 
     Attributes:
@@ -32,7 +32,7 @@ class Lines(NamedTuple):
     width_m: float
 
     @classmethod
-    def of(cls, left: Marks, right: Marks, width_m: float, pixel_rad: float) -> "Lines":
+    def of(cls, left: Marks, right: Marks, width_m: float, pixel_rad: float) -> "LaneMarks":
         """Return the marks of two lines; `pixel_rad` is the angle that a pixel covers."""
         both = Marks(*(np.concatenate(pair) for pair in zip(left, right, strict=True)))
         side = np.concatenate([np.ones(len(left.x_m)), -np.ones(len(right.x_m))])
@@ -44,12 +44,12 @@ class Solved(NamedTuple):
 
     Attributes:
         values: (k,) of them.
-        covariance: (k, k) of these, where marks deviate as `Lines.sigma_m` says.
+        covariance: (k, k) of these, where marks deviate as `LaneMarks.sigma_m` says.
         expected: (k,) what they were expected to be beforehand.
         prior: (k,) with these precisions, 0 for none.
         rest_m: (n,) by which marks are off.
         gone: (n,) the same as a share of what makes a mark one of something else, 1 and more.
-        spread: of the marks about the fit in units of `Lines.sigma_m`, 1.4826 MAD.
+        spread: of the marks about the fit in units of `LaneMarks.sigma_m`, 1.4826 MAD.
     """
 
     values: Floats
@@ -87,7 +87,7 @@ def solve(columns: Floats, weight: Floats, wanted_m: Floats, prior: Floats, pull
     return (inverse @ wanted[..., None])[..., 0], ALIKE * inverse
 
 
-def judge(rest_m: Floats, weight: Floats, sigma_m: Floats) -> tuple[Floats, Floats]:
+def spread_of(rest_m: Floats, weight: Floats, sigma_m: Floats) -> tuple[Floats, Floats]:
     """Return the spread of marks about a fit, and (n,) how far each is gone, see `Solved`; of several fits, of each."""
     off = np.abs(rest_m) / sigma_m
     ranked = np.sort(np.where(weight > 0.0, off, np.inf), axis=-1)
@@ -98,7 +98,7 @@ def judge(rest_m: Floats, weight: Floats, sigma_m: Floats) -> tuple[Floats, Floa
     return spread[..., 0], gone
 
 
-def kept(gone: Floats) -> Floats:
+def biweight(gone: Floats) -> Floats:
     """Return (n,) weights of marks by how far they are gone (Tukey's biweight)."""
     weight: Floats = (1.0 - np.minimum(gone, 1.0) ** 2) ** 2
     return weight
